@@ -1,0 +1,1 @@
+//! Scenes, traces, golden model, scoreboard and reports.
