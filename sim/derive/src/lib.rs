@@ -1,1 +1,39 @@
-//! Derives for `pellucid-sim`.
+//! Derives for `pellucid-sim`, so that a register is described once: in the `struct` that holds it.
+//!
+//! - [`macro@Signals`] gives a bundle of registers or wires its names, widths and kinds.
+//! - [`macro@Memory`] gives a set of memories its bundle of read data and its bundle of ports.
+
+mod memory;
+mod signals;
+
+use proc_macro::TokenStream;
+use syn::{DeriveInput, parse_macro_input};
+
+/// Names, widths and kinds of a bundle of registers or wires.
+///
+/// On a struct with named fields:
+/// - `#[signals(Type)]` names the configuration that the width expressions read as `cfg`
+///   (default: `Config` where a field needs one, else `()`).
+/// - An integer field needs `#[width(bits)]`, an expression over `cfg`. Width 0 means that the
+///   field does not exist in this configuration: it must hold 0 and is not shown.
+/// - A field whose type takes a configuration of its own is given it by `#[with(cfg.part)]`.
+/// - An array field may name how many of its elements exist: `#[len(count)]`.
+///
+/// On an enum without fields: the variants, numbered from 0 in order, with the fewest bits that
+/// hold the last of them.
+#[proc_macro_derive(Signals, attributes(signals, width, with, len))]
+pub fn signals(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    signals::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
+}
+
+/// The read data and the ports of a set of memories.
+///
+/// On a struct `Mem` whose fields are all memories: implements `Memory` with two generated
+/// bundles of the same field names, `MemQ` (what each memory shows) and `MemD` (what is asked of
+/// each on the coming edge).
+#[proc_macro_derive(Memory)]
+pub fn memory(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    memory::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
+}

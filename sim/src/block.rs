@@ -1,0 +1,203 @@
+//! The contract of a block, and the driver that clocks one.
+
+use crate::memory::{Fault, FaultKind, Memory};
+use crate::signals::Signals;
+
+/// A piece of clocked hardware.
+///
+/// Everything that a block remembers is in its [`Block::State`] (registers) and its
+/// [`Block::Mem`] (memories). Both functions are pure: the same arguments give the same results.
+/// Their bodies keep to what hardware is: `let`, `if`, `match`, integer operators, assignment,
+/// calls of other such functions, loops whose bounds come from the configuration.
+///
+/// A parent holds its children's states and memories in its own, and calls their functions:
+/// first [`Block::moore`] of every child, then [`Block::next`] from upstream to downstream. Rust's
+/// own rule that a value is made before it is used then shows that no combinational loop exists.
+pub trait Block {
+    /// Parameters, checked when they are made.
+    type Config;
+    /// Every register.
+    type State: Signals;
+    /// Input ports.
+    type In: Copy;
+    /// Outputs that depend on registers (and read data) alone: every `ready` is one.
+    type Moore: Copy;
+    /// Outputs that depend on inputs too.
+    type Out: Copy;
+    /// The memories, `()` if none.
+    type Mem: Memory;
+
+    /// The registers after reset. Memories keep their contents through a reset.
+    fn reset(cfg: &Self::Config) -> Self::State;
+    /// The memories at power-up.
+    fn memories(cfg: &Self::Config) -> Self::Mem;
+    /// What can be seen of the block before its inputs are known.
+    fn moore(cfg: &Self::Config, q: &Self::State, m: &Q<Self>) -> Self::Moore;
+    /// From the registers `q`, the read data `m` and the inputs `i` of a cycle: the registers `d`
+    /// after the edge, the outputs of this cycle, and what each memory is asked to do.
+    fn next(
+        cfg: &Self::Config,
+        q: Self::State,
+        m: Q<Self>,
+        i: Self::In,
+    ) -> (Self::State, Self::Out, D<Self>);
+}
+
+/// The read data of a block's memories.
+pub type Q<B> = <<B as Block>::Mem as Memory>::Q;
+/// The port requests to a block's memories.
+pub type D<B> = <<B as Block>::Mem as Memory>::D;
+
+/// A block under the clock.
+pub struct Sim<B: Block> {
+    cfg: B::Config,
+    q: B::State,
+    mem: B::Mem,
+    cycle: u64,
+}
+
+impl<B: Block> Sim<B>
+where
+    B::State: Signals<Config = B::Config>,
+{
+    /// The block at power-up, in reset.
+    pub fn new(cfg: B::Config) -> Sim<B> {
+        let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
+        Sim { cfg, q, mem, cycle: 0 }
+    }
+
+    /// One clock cycle with the inputs `i`; gives the outputs of that cycle.
+    ///
+    /// # Errors
+    /// A [`Fault`] is a bug in the block: a port used twice, an address out of range, or (in debug
+    /// builds) a register wider than declared or a word read before it was written.
+    #[inline(always)]
+    pub fn clock(&mut self, i: B::In) -> Result<B::Out, Fault> {
+        let (d, out, ports) = B::next(&self.cfg, self.q, self.mem.q(), i);
+        if self.mem.clock(ports) {
+            return Err(self.fault());
+        }
+        if cfg!(debug_assertions)
+            && let Err(overflow) = d.check(&self.cfg)
+        {
+            let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
+            return Err(Fault { path, cycle: self.cycle, kind });
+        }
+        self.q = d;
+        self.cycle += 1;
+        Ok(out)
+    }
+
+    #[cold]
+    fn fault(&mut self) -> Fault {
+        let mut found = None;
+        self.mem.visit("", &mut |path, storage| {
+            if let Some(kind) = storage.take_fault() {
+                found.get_or_insert((path.to_string(), kind));
+            }
+        });
+        let (path, kind) = found.unwrap_or_else(|| unreachable!("a memory reported a fault"));
+        Fault { path, cycle: self.cycle, kind }
+    }
+
+    /// Reset: the registers go back, the memories keep what they hold.
+    pub fn reset(&mut self) {
+        self.q = B::reset(&self.cfg);
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &B::Config {
+        &self.cfg
+    }
+
+    /// The registers.
+    pub fn state(&self) -> &B::State {
+        &self.q
+    }
+
+    /// What can be seen before the inputs of the coming cycle are known.
+    pub fn moore(&self) -> B::Moore {
+        B::moore(&self.cfg, &self.q, &self.mem.q())
+    }
+
+    /// Edges since power-up.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// The memories.
+    pub fn memories(&mut self) -> &mut B::Mem {
+        &mut self.mem
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Memory, Ram1R1W, ReadDuringWrite, ReadPort, Signals, WritePort};
+
+    #[derive(Clone, Copy, Signals)]
+    #[signals(())]
+    struct State {
+        #[width(2)]
+        count: u32,
+    }
+    /// Counts past its two bits, and uses its memory's write port twice when told to.
+    struct Careless;
+    #[derive(Memory)]
+    struct Mem {
+        table: Ram1R1W<u32>,
+    }
+    impl Block for Careless {
+        type Config = ();
+        type State = State;
+        type In = bool;
+        type Moore = ();
+        type Out = ();
+        type Mem = Mem;
+        fn reset(_: &()) -> State {
+            State { count: 0 }
+        }
+        fn memories(_: &()) -> Mem {
+            Mem { table: Ram1R1W::new(4, 32, 1, ReadDuringWrite::New) }
+        }
+        fn moore(_: &(), _: &State, _: &MemQ) {}
+        fn next(_: &(), q: State, _: MemQ, twice: bool) -> (State, (), MemD) {
+            let mut write = WritePort::default();
+            write.write(0, q.count);
+            if twice {
+                write.write(1, q.count);
+            }
+            (State { count: q.count + 1 }, (), MemD { table: (ReadPort::default(), write) })
+        }
+    }
+
+    #[test]
+    #[cfg(debug_assertions)]
+    fn a_register_that_overflows_is_named_with_its_cycle() {
+        let mut sim = Sim::<Careless>::new(());
+        for _ in 0..3 {
+            sim.clock(false).unwrap();
+        }
+        let fault = sim.clock(false).unwrap_err();
+        assert_eq!(fault.to_string(), "cycle 3: count: `count` = 4 does not fit its 2 bits");
+    }
+
+    #[test]
+    fn a_port_used_twice_is_named_with_its_cycle() {
+        let mut sim = Sim::<Careless>::new(());
+        sim.clock(false).unwrap();
+        let fault = sim.clock(true).unwrap_err();
+        assert_eq!(fault.to_string(), "cycle 1: table: its write port was used twice");
+    }
+
+    #[test]
+    fn reset_restores_registers() {
+        let mut sim = Sim::<Careless>::new(());
+        sim.clock(false).unwrap();
+        assert_eq!(sim.state().count, 1);
+        sim.reset();
+        assert_eq!(sim.state().count, 0);
+        assert_eq!(sim.cycle(), 1);
+    }
+}

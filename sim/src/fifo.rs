@@ -1,0 +1,191 @@
+//! A queue in a memory.
+//!
+//! ```text
+//!            +------+
+//!   push --->|      |---> front (Stream)
+//!   ready <--| Fifo |<--- pop
+//!            +------+
+//! ```
+//! Latency 1: what is pushed in cycle `t` is at the front in `t + 1` at the earliest. Throughput 1
+//! in and 1 out a cycle for any depth of at least 2. `ready` is low while it is full, even if
+//! something leaves in the same cycle (rule 4). Order is kept; nothing is lost or doubled.
+
+use crate::{
+    Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, bits_for,
+    width_of,
+};
+use std::marker::PhantomData;
+
+/// The queue; `T` is what it holds.
+pub struct Fifo<T>(PhantomData<T>);
+
+/// Parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Config<C> {
+    /// How many items it holds, at least 1.
+    pub depth: u32,
+    /// What an item's widths depend on.
+    pub item: C,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(u32)]
+pub struct State {
+    /// Where the front is.
+    #[width(bits_for(u64::from(*cfg - 1)))]
+    pub head: u32,
+    /// Where the next push goes.
+    #[width(bits_for(u64::from(*cfg - 1)))]
+    pub tail: u32,
+    /// How many items are in.
+    #[width(bits_for(u64::from(*cfg)))]
+    pub count: u32,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In<T> {
+    /// What is pushed, taken where `ready` is high.
+    pub push: Stream<T>,
+    /// The front is taken. Without effect while nothing is at the front.
+    pub pop: bool,
+}
+
+/// What is seen before the inputs are known.
+#[derive(Clone, Copy, Debug)]
+pub struct Moore<T> {
+    /// There is room.
+    pub ready: bool,
+    /// The oldest item.
+    pub front: Stream<T>,
+}
+
+fn after(depth: u32, at: u32) -> u32 {
+    if at + 1 == depth { 0 } else { at + 1 }
+}
+
+impl<T> Block for Fifo<T>
+where
+    T: Signals + Default,
+    T::Config: Copy,
+{
+    type Config = Config<T::Config>;
+    type State = State;
+    type In = In<T>;
+    type Moore = Moore<T>;
+    type Out = ();
+    type Mem = Ram1R1W<T>;
+
+    fn reset(_: &Self::Config) -> State {
+        State { head: 0, tail: 0, count: 0 }
+    }
+
+    fn memories(cfg: &Self::Config) -> Ram1R1W<T> {
+        Ram1R1W::new(cfg.depth, width_of::<T>(&cfg.item), 1, ReadDuringWrite::New)
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Self::Config, q: &State, m: &Read<T>) -> Moore<T> {
+        Moore { ready: q.count < cfg.depth, front: Stream { valid: q.count > 0, payload: m.data } }
+    }
+
+    #[inline(always)]
+    fn next(
+        cfg: &Self::Config,
+        q: State,
+        _: Read<T>,
+        i: In<T>,
+    ) -> (State, (), <Self::Mem as Memory>::D) {
+        let mut d = q;
+        let (mut read, mut write) = (ReadPort::default(), WritePort::default());
+        let push = i.push.valid && q.count < cfg.depth;
+        let pop = i.pop && q.count > 0;
+        if push {
+            write.write(q.tail, i.push.payload);
+            d.tail = after(cfg.depth, q.tail);
+            d.count += 1;
+        }
+        if pop {
+            d.head = after(cfg.depth, q.head);
+            d.count -= 1;
+        }
+        // The memory holds the front in its read register: it is read when the front changes.
+        if d.count > 0 && (pop || q.count == 0) {
+            read.read(d.head);
+        }
+        (d, (), (read, write))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::VecDeque;
+
+    /// The registers, clocked by hand since their widths depend on the depth alone.
+    struct Clocked {
+        cfg: Config<u32>,
+        q: State,
+        mem: Ram1R1W<u32>,
+    }
+
+    impl Clocked {
+        fn new(depth: u32) -> Clocked {
+            let cfg = Config { depth, item: 32 };
+            Clocked { q: Fifo::<u32>::reset(&cfg), mem: Fifo::<u32>::memories(&cfg), cfg }
+        }
+        fn step(&mut self, push: Option<u32>, pop: bool) -> Moore<u32> {
+            let seen = Fifo::<u32>::moore(&self.cfg, &self.q, &self.mem.q());
+            let push = push.map_or(Stream::idle(), Stream::offer);
+            let (d, (), ports) = Fifo::next(&self.cfg, self.q, self.mem.q(), In { push, pop });
+            assert!(!self.mem.clock(ports));
+            d.check(&self.cfg.depth).unwrap();
+            self.q = d;
+            seen
+        }
+    }
+
+    #[test]
+    fn an_item_is_at_the_front_one_cycle_after_its_push() {
+        let mut fifo = Clocked::new(2);
+        assert!(!fifo.step(Some(7), false).front.valid);
+        assert_eq!(fifo.step(None, false).front, Stream::offer(7));
+    }
+
+    #[test]
+    fn depth_2_passes_an_item_every_cycle() {
+        let mut fifo = Clocked::new(2);
+        for k in 0..100 {
+            let seen = fifo.step(Some(k), true);
+            assert!(seen.ready);
+            assert_eq!(seen.front.valid.then_some(seen.front.payload), k.checked_sub(1));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn behaves_as_a_queue(
+            depth in 1u32..6,
+            steps in proptest::collection::vec((any::<Option<u32>>(), any::<bool>()), 0..200),
+        ) {
+            let mut fifo = Clocked::new(depth);
+            let mut model = VecDeque::new();
+            for (push, pop) in steps {
+                let seen = fifo.step(push, pop);
+                prop_assert_eq!(seen.ready, model.len() < depth as usize);
+                prop_assert_eq!(seen.front.valid, !model.is_empty());
+                if let Some(front) = model.front() {
+                    prop_assert_eq!(seen.front.payload, *front);
+                }
+                if pop {
+                    model.pop_front();
+                }
+                if let (Some(item), true) = (push, seen.ready) {
+                    model.push_back(item);
+                }
+            }
+        }
+    }
+}

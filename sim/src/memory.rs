@@ -1,0 +1,113 @@
+//! What a memory is to the clock: it shows read data (registers) and takes requests on its ports.
+//!
+//! A block sees its memories only as a bundle `Q` of read data, known when the cycle begins, and a
+//! bundle `D` of port requests that it hands back. `#[derive(Memory)]` makes both for a struct of
+//! memories, so that a parent nests its children's.
+
+use std::fmt;
+
+/// A memory, or a struct of them.
+pub trait Memory {
+    /// Read data: what each memory shows during the cycle.
+    type Q: Copy;
+    /// Port requests: what each memory is asked to do on the edge that ends the cycle.
+    type D: Copy;
+    /// What is shown now.
+    fn q(&self) -> Self::Q;
+    /// The clock edge. True if a port was misused: the fault stays with the memory until
+    /// [`Storage::take_fault`].
+    fn clock(&mut self, d: Self::D) -> bool;
+    /// Calls `to` for each memory with its path below `path`.
+    fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage));
+}
+
+impl Memory for () {
+    type Q = ();
+    type D = ();
+    #[inline(always)]
+    fn q(&self) {}
+    #[inline(always)]
+    fn clock(&mut self, (): ()) -> bool {
+        false
+    }
+    fn visit(&mut self, _: &str, _: &mut dyn FnMut(&str, &mut dyn Storage)) {}
+}
+
+/// One physical memory.
+pub trait Storage {
+    /// Size and traffic.
+    fn info(&self) -> StorageInfo;
+    /// The first misuse since the last call, if any.
+    fn take_fault(&mut self) -> Option<FaultKind>;
+}
+
+/// Size and traffic of one memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StorageInfo {
+    /// How many words it has.
+    pub words: u64,
+    /// Bits of a word.
+    pub bits_per_word: u32,
+    /// Words read since it was made.
+    pub reads: u64,
+    /// Words written since it was made.
+    pub writes: u64,
+}
+
+/// A misuse of hardware that a model must not contain: a bug in a block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Where: the path of the memory or register.
+    pub path: String,
+    /// When: the cycle, counted from 0 at the start of the simulation.
+    pub cycle: u64,
+    /// What.
+    pub kind: FaultKind,
+}
+
+/// What went wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// A port was used twice in one cycle.
+    PortUsedTwice(&'static str),
+    /// An address beyond the last word.
+    Address {
+        /// The address that was asked for.
+        addr: u32,
+        /// How many words there are.
+        words: u64,
+    },
+    /// A word was read before it was ever written (checked in debug builds).
+    Unwritten(u32),
+    /// Read and write of one word in one cycle, in a memory that does not allow it.
+    ReadDuringWrite(u32),
+    /// A register holds more than its bits can (checked in debug builds).
+    Overflow(crate::Overflow),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "cycle {}: {}: ", self.cycle, self.path)?;
+        match &self.kind {
+            FaultKind::PortUsedTwice(port) => write!(f, "its {port} port was used twice"),
+            FaultKind::Address { addr, words } => {
+                write!(f, "address {addr} is beyond its {words} words")
+            }
+            FaultKind::Unwritten(addr) => write!(f, "word {addr} was read before it was written"),
+            FaultKind::ReadDuringWrite(addr) => {
+                write!(f, "word {addr} was read and written at once, which it does not allow")
+            }
+            FaultKind::Overflow(overflow) => overflow.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// `a.b`, or the one that is not empty.
+pub fn join(a: &str, b: &str) -> String {
+    match (a, b) {
+        ("", x) | (x, "") => x.to_string(),
+        _ => format!("{a}.{b}"),
+    }
+}

@@ -1,0 +1,434 @@
+//! Synchronous memories.
+//!
+//! ```text
+//!            Ram1R1W                        Ram1RW
+//!          +---------+                    +---------+
+//!  read -->| en addr |                    |         |
+//!          |         |--> Read    port -->| en addr |--> Read
+//!  write ->| en addr |    valid           | write   |    valid
+//!          | data    |    data            | data    |    data
+//!          +---------+                    +---------+
+//! ```
+//! A read asked for in cycle `t` shows its data, with `valid` high, in cycle `t + latency`. Reads
+//! are pipelined: one a cycle. With latency 1 the data stays (with `valid` low) until the next
+//! read; a block that stalls finds it again. A write asked for in `t` is in the memory from `t + 1`
+//! on. What a read of the same word in the same cycle as its write gives is stated by
+//! [`ReadDuringWrite`].
+
+use crate::memory::{FaultKind, Memory, Storage, StorageInfo};
+use bitvec::vec::BitVec;
+
+/// What a read gives that meets a write of the same word in the same cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReadDuringWrite {
+    /// The word as it was.
+    Old,
+    /// The word as it is written.
+    New,
+    /// The design promises that it does not happen; it is reported as a fault.
+    Forbidden,
+}
+
+/// What a memory shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Read<T> {
+    /// High for the cycle in which a read's data arrives.
+    pub valid: bool,
+    /// The data.
+    pub data: T,
+}
+
+/// A request on a read port. One a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadPort {
+    en: bool,
+    twice: bool,
+    addr: u32,
+}
+
+impl ReadPort {
+    /// Asks for the word at `addr`.
+    #[inline(always)]
+    pub fn read(&mut self, addr: u32) {
+        self.twice |= self.en;
+        self.en = true;
+        self.addr = addr;
+    }
+    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    #[inline(always)]
+    pub fn or(self, other: ReadPort) -> ReadPort {
+        let twice = self.twice || other.twice || (self.en && other.en);
+        ReadPort { twice, ..if other.en { other } else { self } }
+    }
+}
+
+/// A request on a write port. One a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WritePort<T> {
+    en: bool,
+    twice: bool,
+    addr: u32,
+    data: T,
+}
+
+impl<T: Copy> WritePort<T> {
+    /// Asks for `data` to be put at `addr`.
+    #[inline(always)]
+    pub fn write(&mut self, addr: u32, data: T) {
+        self.twice |= self.en;
+        self.en = true;
+        self.addr = addr;
+        self.data = data;
+    }
+    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    #[inline(always)]
+    pub fn or(self, other: WritePort<T>) -> WritePort<T> {
+        let twice = self.twice || other.twice || (self.en && other.en);
+        WritePort { twice, ..if other.en { other } else { self } }
+    }
+}
+
+/// A request on a port that reads or writes. One a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Port<T> {
+    en: bool,
+    twice: bool,
+    write: bool,
+    addr: u32,
+    data: T,
+}
+
+impl<T: Copy> Port<T> {
+    /// Asks for the word at `addr`.
+    #[inline(always)]
+    pub fn read(&mut self, addr: u32) {
+        self.twice |= self.en;
+        self.en = true;
+        self.addr = addr;
+    }
+    /// Asks for `data` to be put at `addr`.
+    #[inline(always)]
+    pub fn write(&mut self, addr: u32, data: T) {
+        self.read(addr);
+        self.write = true;
+        self.data = data;
+    }
+    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    #[inline(always)]
+    pub fn or(self, other: Port<T>) -> Port<T> {
+        let twice = self.twice || other.twice || (self.en && other.en);
+        Port { twice, ..if other.en { other } else { self } }
+    }
+    /// Whether the port is asked for anything.
+    pub fn is_used(self) -> bool {
+        self.en
+    }
+}
+
+/// The words, their traffic and their faults: what both kinds of memory share.
+struct Words<T> {
+    words: Vec<T>,
+    bits: u32,
+    reads: u64,
+    writes: u64,
+    /// Which words were ever written; kept in debug builds only.
+    written: BitVec,
+    fault: Option<FaultKind>,
+    /// Data on its way: entry `k` of a ring of `latency - 1`.
+    line: Vec<Read<T>>,
+    line_at: usize,
+    q: Read<T>,
+}
+
+impl<T: Copy + Default> Words<T> {
+    fn new(words: u32, bits: u32, latency: u32) -> Words<T> {
+        assert!(latency >= 1, "a synchronous memory answers after one cycle at the earliest");
+        let known = if cfg!(debug_assertions) { words as usize } else { 0 };
+        Words {
+            words: vec![T::default(); words as usize],
+            bits,
+            reads: 0,
+            writes: 0,
+            written: BitVec::repeat(false, known),
+            fault: None,
+            line: vec![Read::default(); latency as usize - 1],
+            line_at: 0,
+            q: Read::default(),
+        }
+    }
+
+    #[cold]
+    fn fail(&mut self, kind: FaultKind) {
+        self.fault.get_or_insert(kind);
+    }
+
+    #[inline(always)]
+    fn load(&mut self, addr: u32) -> T {
+        self.reads += 1;
+        if cfg!(debug_assertions) && !self.written.get(addr as usize).is_none_or(|w| *w) {
+            self.fail(FaultKind::Unwritten(addr));
+        }
+        match self.words.get(addr as usize) {
+            Some(word) => *word,
+            None => {
+                self.fail(FaultKind::Address { addr, words: self.words.len() as u64 });
+                T::default()
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn store(&mut self, addr: u32, data: T) {
+        self.writes += 1;
+        match self.words.get_mut(addr as usize) {
+            Some(word) => *word = data,
+            None => self.fail(FaultKind::Address { addr, words: self.words.len() as u64 }),
+        }
+        if cfg!(debug_assertions) && (addr as usize) < self.written.len() {
+            self.written.set(addr as usize, true);
+        }
+    }
+
+    /// The read data moves on by one cycle.
+    #[inline(always)]
+    fn advance(&mut self, read: Option<T>) {
+        let new = Read { valid: read.is_some(), data: read.unwrap_or(self.q.data) };
+        if self.line.is_empty() {
+            self.q = new;
+            return;
+        }
+        self.q = std::mem::replace(&mut self.line[self.line_at], new);
+        self.line_at += 1;
+        if self.line_at == self.line.len() {
+            self.line_at = 0;
+        }
+    }
+
+    fn info(&self) -> StorageInfo {
+        StorageInfo {
+            words: self.words.len() as u64,
+            bits_per_word: self.bits,
+            reads: self.reads,
+            writes: self.writes,
+        }
+    }
+}
+
+/// A memory with one read port and one write port. Use [`Ram1RW`] where reads and writes never
+/// share a cycle: it is cheaper to build.
+pub struct Ram1R1W<T> {
+    core: Words<T>,
+    policy: ReadDuringWrite,
+}
+
+impl<T: Copy + Default> Ram1R1W<T> {
+    /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
+    pub fn new(words: u32, bits: u32, latency: u32, policy: ReadDuringWrite) -> Ram1R1W<T> {
+        Ram1R1W { core: Words::new(words, bits, latency), policy }
+    }
+}
+
+impl<T: Copy + Default> Memory for Ram1R1W<T> {
+    type Q = Read<T>;
+    type D = (ReadPort, WritePort<T>);
+
+    #[inline(always)]
+    fn q(&self) -> Read<T> {
+        self.core.q
+    }
+
+    #[inline(always)]
+    fn clock(&mut self, (read, write): Self::D) -> bool {
+        let core = &mut self.core;
+        if read.twice {
+            core.fail(FaultKind::PortUsedTwice("read"));
+        }
+        if write.twice {
+            core.fail(FaultKind::PortUsedTwice("write"));
+        }
+        let meet = read.en && write.en && read.addr == write.addr;
+        if meet && self.policy == ReadDuringWrite::Forbidden {
+            core.fail(FaultKind::ReadDuringWrite(read.addr));
+        }
+        let new = meet && self.policy == ReadDuringWrite::New;
+        if write.en && new {
+            core.store(write.addr, write.data);
+        }
+        let data = if read.en { Some(core.load(read.addr)) } else { None };
+        if write.en && !new {
+            core.store(write.addr, write.data);
+        }
+        core.advance(data);
+        core.fault.is_some()
+    }
+
+    fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
+        to(path, self);
+    }
+}
+
+/// A memory with one port that reads or writes.
+pub struct Ram1RW<T> {
+    core: Words<T>,
+}
+
+impl<T: Copy + Default> Ram1RW<T> {
+    /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
+    pub fn new(words: u32, bits: u32, latency: u32) -> Ram1RW<T> {
+        Ram1RW { core: Words::new(words, bits, latency) }
+    }
+}
+
+impl<T: Copy + Default> Memory for Ram1RW<T> {
+    type Q = Read<T>;
+    type D = Port<T>;
+
+    #[inline(always)]
+    fn q(&self) -> Read<T> {
+        self.core.q
+    }
+
+    #[inline(always)]
+    fn clock(&mut self, port: Port<T>) -> bool {
+        let core = &mut self.core;
+        if port.twice {
+            core.fail(FaultKind::PortUsedTwice("only"));
+        }
+        let read = port.en && !port.write;
+        if port.en && port.write {
+            core.store(port.addr, port.data);
+        }
+        let data = if read { Some(core.load(port.addr)) } else { None };
+        core.advance(data);
+        core.fault.is_some()
+    }
+
+    fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
+        to(path, self);
+    }
+}
+
+macro_rules! storage {
+    ($($ram:ident),*) => { $(
+        impl<T: Copy + Default> Storage for $ram<T> {
+            fn info(&self) -> StorageInfo {
+                self.core.info()
+            }
+            fn take_fault(&mut self) -> Option<FaultKind> {
+                self.core.fault.take()
+            }
+        }
+    )* };
+}
+storage!(Ram1R1W, Ram1RW);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(addr: u32) -> ReadPort {
+        let mut port = ReadPort::default();
+        port.read(addr);
+        port
+    }
+    fn write(addr: u32, data: u32) -> WritePort<u32> {
+        let mut port = WritePort::default();
+        port.write(addr, data);
+        port
+    }
+    const NO_READ: ReadPort = ReadPort { en: false, twice: false, addr: 0 };
+    const NO_WRITE: WritePort<u32> = WritePort { en: false, twice: false, addr: 0, data: 0 };
+
+    #[test]
+    fn data_arrives_after_exactly_the_latency() {
+        for latency in 1..=5 {
+            let mut ram = Ram1R1W::<u32>::new(8, 32, latency, ReadDuringWrite::Old);
+            ram.clock((NO_READ, write(3, 77)));
+            ram.clock((read(3), NO_WRITE));
+            for cycle in 1..=8 {
+                assert_eq!(ram.q().valid, cycle == latency, "latency {latency}, cycle {cycle}");
+                if cycle == latency {
+                    assert_eq!(ram.q().data, 77);
+                }
+                ram.clock((NO_READ, NO_WRITE));
+            }
+        }
+    }
+
+    #[test]
+    fn reads_are_pipelined() {
+        let mut ram = Ram1RW::<u32>::new(8, 32, 3);
+        for addr in 0..8 {
+            let mut port = Port::default();
+            port.write(addr, addr * 10);
+            ram.clock(port);
+        }
+        let mut seen = vec![];
+        for cycle in 0..12 {
+            let mut port = Port::default();
+            if cycle < 8 {
+                port.read(cycle);
+            }
+            ram.clock(port);
+            if ram.q().valid {
+                seen.push((cycle, ram.q().data));
+            }
+        }
+        let expected: Vec<(u32, u32)> = (0..8).map(|k| (k + 2, k * 10)).collect();
+        assert_eq!(seen, expected);
+        assert_eq!((ram.info().reads, ram.info().writes), (8, 8));
+    }
+
+    #[test]
+    fn read_during_write_is_as_declared() {
+        for (policy, expected) in [(ReadDuringWrite::Old, 1), (ReadDuringWrite::New, 2)] {
+            let mut ram = Ram1R1W::<u32>::new(4, 32, 1, policy);
+            ram.clock((NO_READ, write(0, 1)));
+            assert!(!ram.clock((read(0), write(0, 2))));
+            assert_eq!(ram.q().data, expected, "{policy:?}");
+            ram.clock((read(0), NO_WRITE));
+            assert_eq!(ram.q().data, 2);
+        }
+        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::Forbidden);
+        ram.clock((NO_READ, write(0, 1)));
+        assert!(ram.clock((read(0), write(0, 2))));
+        assert_eq!(ram.take_fault(), Some(FaultKind::ReadDuringWrite(0)));
+    }
+
+    #[test]
+    fn data_stays_while_the_reader_stalls() {
+        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+        ram.clock((NO_READ, write(1, 5)));
+        ram.clock((read(1), NO_WRITE));
+        ram.clock((NO_READ, write(1, 6)));
+        assert_eq!(ram.q(), Read { valid: false, data: 5 });
+    }
+
+    #[test]
+    fn misuse_is_reported() {
+        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+        let mut twice = read(1);
+        twice.read(1);
+        assert!(ram.clock((twice, write(1, 0))));
+        assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("read")));
+        assert!(ram.clock((NO_READ, write(1, 0).or(write(2, 0)))));
+        assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("write")));
+        assert!(ram.clock((NO_READ, write(4, 0))));
+        assert_eq!(ram.take_fault(), Some(FaultKind::Address { addr: 4, words: 4 }));
+        let mut port = Port::<u32>::default();
+        port.read(0);
+        let mut single = Ram1RW::<u32>::new(4, 32, 1);
+        let mut other = Port::default();
+        other.write(1, 1);
+        assert!(single.clock(port.or(other)));
+        assert_eq!(single.take_fault(), Some(FaultKind::PortUsedTwice("only")));
+    }
+
+    #[test]
+    #[cfg(debug_assertions)]
+    fn reading_an_unwritten_word_is_reported() {
+        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+        assert!(ram.clock((read(2), NO_WRITE)));
+        assert_eq!(ram.take_fault(), Some(FaultKind::Unwritten(2)));
+    }
+}

@@ -1,0 +1,278 @@
+//! Names, widths and kinds of registers and wires, declared once beside the field.
+//!
+//! [`Signals`] is derived (`#[derive(Signals)]`). What is declared serves the width check after
+//! every cycle of a debug build, every waveform format, and the error messages.
+
+use std::fmt;
+
+/// What a signal's bits mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// One bit, true or false.
+    Flag,
+    /// An unsigned number.
+    Bits,
+    /// The state of a state machine, by name.
+    State(&'static States),
+}
+
+/// The names of a state machine's states.
+#[derive(Debug, PartialEq, Eq)]
+pub struct States {
+    /// The type's name.
+    pub name: &'static str,
+    /// The name of state `k` at `[k]`.
+    pub variants: &'static [&'static str],
+}
+
+/// Receives declarations, in the order in which [`Signals::sample`] gives the values.
+pub trait Declare {
+    /// A group of signals begins.
+    fn open(&mut self, name: &str);
+    /// The innermost group ends.
+    fn close(&mut self);
+    /// One signal of 1..=64 bits.
+    fn signal(&mut self, name: &str, width: u32, kind: Kind);
+}
+
+/// A bundle of registers or wires.
+pub trait Signals: Copy {
+    /// What the widths depend on.
+    type Config;
+    /// Declares every signal of the bundle under `name`.
+    fn declare(cfg: &Self::Config, name: &str, to: &mut dyn Declare);
+    /// Appends every signal's value, in the order of [`Signals::declare`].
+    fn sample(&self, cfg: &Self::Config, to: &mut Vec<u64>);
+    /// Whether every value fits its declared width.
+    ///
+    /// # Errors
+    /// The first signal that does not.
+    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
+}
+
+/// A value that does not fit the width of its register.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Overflow {
+    /// The signal's path below the bundle that was checked.
+    pub path: String,
+    /// What it held.
+    pub value: u64,
+    /// How many bits it has.
+    pub width: u32,
+}
+
+impl Overflow {
+    /// The same overflow, seen from the bundle that holds `name`.
+    pub fn within(mut self, name: &str) -> Overflow {
+        self.path = crate::join(name, &self.path);
+        self
+    }
+}
+
+impl fmt::Display for Overflow {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "`{}` = {} does not fit its {} bits", self.path, self.value, self.width)
+    }
+}
+
+macro_rules! integers {
+    ($($t:ty),*) => { $(
+        impl Signals for $t {
+            type Config = u32;
+            fn declare(width: &u32, name: &str, to: &mut dyn Declare) {
+                if *width > 0 {
+                    to.signal(name, *width, Kind::Bits);
+                }
+            }
+            #[inline(always)]
+            fn sample(&self, width: &u32, to: &mut Vec<u64>) {
+                if *width > 0 {
+                    to.push(u64::from(*self));
+                }
+            }
+            #[inline(always)]
+            fn check(&self, width: &u32) -> Result<(), Overflow> {
+                let value = u64::from(*self);
+                if value.checked_shr(*width).unwrap_or(0) == 0 {
+                    return Ok(());
+                }
+                Err(Overflow { path: String::new(), value, width: *width })
+            }
+        }
+    )* };
+}
+integers!(u8, u16, u32, u64);
+
+impl Signals for bool {
+    type Config = ();
+    fn declare(_: &(), name: &str, to: &mut dyn Declare) {
+        to.signal(name, 1, Kind::Flag);
+    }
+    #[inline(always)]
+    fn sample(&self, _: &(), to: &mut Vec<u64>) {
+        to.push(u64::from(*self));
+    }
+    #[inline(always)]
+    fn check(&self, _: &()) -> Result<(), Overflow> {
+        Ok(())
+    }
+}
+
+impl Signals for () {
+    type Config = ();
+    fn declare(_: &(), _: &str, _: &mut dyn Declare) {}
+    fn sample(&self, _: &(), _: &mut Vec<u64>) {}
+    fn check(&self, _: &()) -> Result<(), Overflow> {
+        Ok(())
+    }
+}
+
+/// How many bits hold every value in `0..=max`; at least 1.
+pub fn bits_for(max: u64) -> u32 {
+    (u64::BITS - max.leading_zeros()).max(1)
+}
+
+/// The bits of a whole bundle, as a memory word would store it.
+pub fn width_of<T: Signals>(cfg: &T::Config) -> u32 {
+    struct Sum(u32);
+    impl Declare for Sum {
+        fn open(&mut self, _: &str) {}
+        fn close(&mut self) {}
+        fn signal(&mut self, _: &str, width: u32, _: Kind) {
+            self.0 += width;
+        }
+    }
+    let mut sum = Sum(0);
+    T::declare(cfg, "", &mut sum);
+    sum.0
+}
+
+/// The name of a state machine's state.
+pub fn state_name<T: Signals<Config = ()>>(state: T) -> &'static str {
+    struct Names(&'static [&'static str]);
+    impl Declare for Names {
+        fn open(&mut self, _: &str) {}
+        fn close(&mut self) {}
+        fn signal(&mut self, _: &str, _: u32, kind: Kind) {
+            if let Kind::State(states) = kind {
+                self.0 = states.variants;
+            }
+        }
+    }
+    let (mut names, mut value) = (Names(&[]), Vec::new());
+    T::declare(&(), "", &mut names);
+    state.sample(&(), &mut value);
+    let index = value.first().map_or(usize::MAX, |v| *v as usize);
+    names.0.get(index).copied().unwrap_or("?")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Signals;
+
+    struct Config {
+        bits: u32,
+        used: u32,
+    }
+    #[derive(Clone, Copy, Signals)]
+    enum Fsm {
+        Idle,
+        Run,
+        Stall,
+    }
+    #[derive(Clone, Copy, Signals)]
+    struct Inner {
+        #[width(cfg.bits)]
+        slots: [u32; 4],
+    }
+    #[derive(Clone, Copy, Signals)]
+    struct Outer {
+        fsm: Fsm,
+        #[with(*cfg)]
+        inner: Inner,
+        #[width(3)]
+        #[len(cfg.used)]
+        some: [u8; 4],
+        #[width(0)]
+        absent: u32,
+        flag: bool,
+    }
+
+    #[derive(Default)]
+    struct Flat {
+        path: Vec<String>,
+        seen: Vec<(String, u32)>,
+    }
+    impl Declare for Flat {
+        fn open(&mut self, name: &str) {
+            self.path.push(name.into());
+        }
+        fn close(&mut self) {
+            self.path.pop();
+        }
+        fn signal(&mut self, name: &str, width: u32, _: Kind) {
+            self.seen.push((format!("{}.{name}", self.path.join(".")), width));
+        }
+    }
+
+    const CFG: Config = Config { bits: 5, used: 2 };
+    const ZERO: Outer = Outer {
+        fsm: Fsm::Idle,
+        inner: Inner { slots: [0; 4] },
+        some: [0; 4],
+        absent: 0,
+        flag: false,
+    };
+
+    #[test]
+    fn declarations_and_samples_go_in_the_same_order() {
+        let mut flat = Flat::default();
+        Outer::declare(&CFG, "top", &mut flat);
+        let expected = [
+            ("top.fsm", 2),
+            ("top.inner.slots[0]", 5),
+            ("top.inner.slots[1]", 5),
+            ("top.inner.slots[2]", 5),
+            ("top.inner.slots[3]", 5),
+            ("top.some[0]", 3),
+            ("top.some[1]", 3),
+            ("top.flag", 1),
+        ];
+        assert_eq!(flat.seen, expected.map(|(n, w)| (n.to_string(), w)));
+        let outer = Outer {
+            fsm: Fsm::Stall,
+            inner: Inner { slots: [1, 2, 3, 31] },
+            some: [4, 5, 6, 7],
+            flag: true,
+            ..ZERO
+        };
+        let mut values = vec![];
+        outer.sample(&CFG, &mut values);
+        assert_eq!(values, [2, 1, 2, 3, 31, 4, 5, 1]);
+        assert_eq!(width_of::<Outer>(&CFG), 2 + 4 * 5 + 2 * 3 + 1);
+    }
+
+    #[test]
+    fn a_value_too_wide_is_named() {
+        let mut outer = ZERO;
+        assert_eq!(outer.check(&CFG), Ok(()));
+        outer.inner.slots[2] = 32;
+        let error = outer.check(&CFG).unwrap_err();
+        assert_eq!(error.to_string(), "`inner.slots[2]` = 32 does not fit its 5 bits");
+        let absent = Outer { absent: 1, ..ZERO };
+        assert_eq!(absent.check(&CFG).unwrap_err().path, "absent");
+    }
+
+    #[test]
+    fn states_have_names() {
+        assert_eq!(state_name(Fsm::Run), "Run");
+        assert_eq!(state_name(Fsm::Stall), "Stall");
+    }
+
+    #[test]
+    fn widths() {
+        assert_eq!([0, 1, 2, 3, 4, 255, 256].map(bits_for), [1, 1, 2, 2, 3, 8, 9]);
+        assert_eq!(bits_for(u64::MAX), 64);
+    }
+}
