@@ -2,22 +2,99 @@
 //!
 //! Depth is 24 bits unsigned, 0 nearest. Colour is 8-bit unorm per channel, not premultiplied.
 
+use pellucid_sim::{Signals, bits_for};
+
 /// Bits of a depth value.
 pub const Z_BITS: u32 = 24;
 /// The far plane: what a cleared depth buffer holds. A fragment is visible only if its depth is less.
 pub const Z_FAR: u32 = (1 << Z_BITS) - 1;
 
 /// One fragment as the rasteriser hands it over.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
 pub struct Fragment {
     /// Column, 0 at the left, less than the screen's width.
+    #[width(cfg.x_bits())]
     pub x: u32,
     /// Row, 0 at the top, less than the screen's height.
+    #[width(cfg.y_bits())]
     pub y: u32,
     /// Depth, 0 nearest, at most [`Z_FAR`].
+    #[width(Z_BITS)]
     pub z: u32,
     /// Colour as `0xRRGGBBAA`; alpha 255 is opaque, anything less is transparent.
+    #[width(32)]
     pub rgba: u32,
+}
+
+/// The screen that a machine is built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Screen {
+    /// Columns, at least 1.
+    pub width: u32,
+    /// Rows, at least 1.
+    pub height: u32,
+    /// Colour where nothing was drawn, `0xRRGGBB`.
+    pub background: u32,
+}
+
+impl Screen {
+    /// How many pixels; they are numbered row by row from the top left.
+    pub fn pixels(&self) -> u32 {
+        self.width * self.height
+    }
+    /// Bits of a pixel's number.
+    pub fn pixel_bits(&self) -> u32 {
+        bits_for(u64::from(self.pixels() - 1))
+    }
+    /// Bits of a column.
+    pub fn x_bits(&self) -> u32 {
+        bits_for(u64::from(self.width - 1))
+    }
+    /// Bits of a row.
+    pub fn y_bits(&self) -> u32 {
+        bits_for(u64::from(self.height - 1))
+    }
+}
+
+/// A fragment whose pixel is known by number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct PixelFragment {
+    /// The pixel's number, `y * width + x`.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// Depth.
+    #[width(Z_BITS)]
+    pub z: u32,
+    /// Colour as `0xRRGGBBAA`.
+    #[width(32)]
+    pub rgba: u32,
+}
+
+/// What a stream of a frame carries: items, then a mark that ends the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(T::Config)]
+pub struct Marked<T: Signals> {
+    /// The frame ends here; `item` is without meaning.
+    pub end: bool,
+    /// The item.
+    #[with(*cfg)]
+    pub item: T,
+}
+
+impl<T: Signals> Marked<T> {
+    /// An item.
+    pub fn item(item: T) -> Marked<T> {
+        Marked { end: false, item }
+    }
+    /// The end of the frame.
+    pub fn end() -> Marked<T>
+    where
+        T: Default,
+    {
+        Marked { end: true, item: T::default() }
+    }
 }
 
 impl Fragment {

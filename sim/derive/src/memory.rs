@@ -22,17 +22,24 @@ pub fn derive(input: &DeriveInput) -> Result<TokenStream> {
         format!("What is asked of each memory of [`{name}`] on the coming edge."),
     );
     let field_docs: Vec<String> = names.iter().map(|n| format!("`{n}`")).collect();
+    // Clone and Copy by hand: a derive would ask them of the type parameters, not of the fields.
     Ok(quote! {
         #[doc = #q_doc]
-        #[derive(Clone, Copy)]
         #vis struct #q #impl_generics #where_clause {
             #(#[doc = #field_docs] pub #ids: <#types as ::pellucid_sim::Memory>::Q,)*
         }
         #[doc = #d_doc]
-        #[derive(Clone, Copy)]
         #vis struct #d #impl_generics #where_clause {
             #(#[doc = #field_docs] pub #ids: <#types as ::pellucid_sim::Memory>::D,)*
         }
+        impl #impl_generics Clone for #q #ty_generics #where_clause {
+            fn clone(&self) -> Self { *self }
+        }
+        impl #impl_generics Copy for #q #ty_generics #where_clause {}
+        impl #impl_generics Clone for #d #ty_generics #where_clause {
+            fn clone(&self) -> Self { *self }
+        }
+        impl #impl_generics Copy for #d #ty_generics #where_clause {}
         impl #impl_generics ::pellucid_sim::Memory for #name #ty_generics #where_clause {
             type Q = #q #ty_generics;
             type D = #d #ty_generics;

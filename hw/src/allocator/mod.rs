@@ -1,0 +1,63 @@
+//! Section allocators: any free section to any pixel.
+//!
+//! All stand behind one port contract, so that an architecture takes whichever its parameter names:
+//! - `grant` is a stream of free section numbers: while `valid` is high, `id` is free and held;
+//!   with `take` it is given away on the coming edge.
+//! - `exhausted` is high while no section is free and none is on its way: a taker need not wait.
+//! - `release` gives a section back; it can be granted again from the next cycle on. Releasing what
+//!   was not granted is a bug of the user.
+//! - `ready` is low from reset until the first grant can be made.
+//!
+//! | allocator | grants | memory | after reset |
+//! | --- | --- | --- | --- |
+//! | [`FreeList`] | one a cycle, oldest release first | one section number per section | one cycle per section |
+
+mod free_list;
+
+pub use free_list::FreeList;
+
+use pellucid_sim::{Block, Signals, Stream, bits_for};
+
+/// What every allocator is built from.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// How many sections it manages, 0 for none at all; they are numbered from 0.
+    pub sections: u32,
+}
+
+impl Config {
+    /// Bits of a section number.
+    pub fn id_bits(&self) -> u32 {
+        bits_for(u64::from(self.sections.max(1) - 1))
+    }
+}
+
+/// Inputs of every allocator.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// The granted section is taken. Without effect while no grant is offered.
+    pub take: bool,
+    /// A section is given back.
+    #[with(cfg.id_bits())]
+    pub release: Stream<u32>,
+}
+
+/// Outputs of every allocator, all of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// The section that a take would get.
+    #[with(cfg.id_bits())]
+    pub grant: Stream<u32>,
+    /// No section is free, and none is on its way.
+    pub exhausted: bool,
+    /// The work after reset is done.
+    pub ready: bool,
+}
+
+/// A block that keeps the contract above.
+pub trait Allocator:
+    Block<Config = Config, In = In, Moore = Moore, Out = (), State: Signals<Config = Config>>
+    + Copy
+    + 'static
+{
+}

@@ -1,0 +1,116 @@
+//! Blends a pixel's sorted fragments, far to near, over its opaque colour.
+//!
+//! ```text
+//!               +---------+
+//!  sorted ----->|         |---> colour read (a pixel's first fragment)
+//!  (far first)  | Blender |---> colour write (its last)
+//!  colour ----->|         |---> frame_done
+//!               +---------+
+//! ```
+//! One fragment a cycle, always ready. A colour is written in the cycle after its pixel's last
+//! fragment came in.
+
+use crate::pixel::{Marked, Screen, blend};
+use pellucid_sim::block::Block;
+use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort};
+
+/// See the module's description.
+pub struct Blender;
+
+/// A fragment in blending order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Sorted {
+    /// Its pixel.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// Its colour, `0xRRGGBBAA`.
+    #[width(32)]
+    pub rgba: u32,
+    /// The pixel's nearest fragment: nothing follows.
+    pub last: bool,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct State {
+    /// The next fragment is its pixel's first.
+    pub fresh: bool,
+    /// The fragment to be blended.
+    #[with(*cfg)]
+    pub stage: Stream<Marked<Sorted>>,
+    /// The fragment to be blended is its pixel's first.
+    pub stage_fresh: bool,
+    /// The pixel's colour so far, `0xRRGGBB`.
+    #[width(24)]
+    pub colour: u32,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// Fragments of one pixel after the other, far to near, then the end of the frame.
+    pub sorted: Stream<Marked<Sorted>>,
+    /// The colour that was asked for.
+    pub colour: Read<u32>,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Out {
+    /// Reads a pixel's opaque colour.
+    pub colour_read: ReadPort,
+    /// Writes a pixel's final colour.
+    pub colour_write: WritePort<u32>,
+    /// A fragment is blended in this cycle.
+    pub blended: bool,
+    /// The end of the frame has come through.
+    pub frame_done: bool,
+}
+
+impl Block for Blender {
+    type Config = Screen;
+    type State = State;
+    type In = In;
+    type Moore = ();
+    type Out = Out;
+    type Mem = ();
+
+    fn reset(_: &Screen) -> State {
+        State { fresh: true, stage: Stream::idle(), stage_fresh: false, colour: 0 }
+    }
+
+    fn memories(_: &Screen) {}
+
+    fn moore(_: &Screen, _: &State, _: &()) {}
+
+    #[inline(always)]
+    fn next(_: &Screen, q: State, _: (), i: In) -> (State, Out, ()) {
+        let mut d = q;
+        let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
+
+        // Second stage: the colour below is at hand.
+        let Marked { end, item } = q.stage.payload;
+        let blended = q.stage.valid && !end;
+        if blended {
+            let below = if q.stage_fresh { i.colour.data } else { q.colour };
+            d.colour = blend(item.rgba, below);
+            if item.last {
+                colour_write.write(item.pixel, d.colour);
+            }
+        }
+
+        // First stage: a pixel's first fragment asks for the colour below.
+        d.stage = i.sorted;
+        if i.sorted.valid && !i.sorted.payload.end {
+            d.stage_fresh = q.fresh;
+            d.fresh = i.sorted.payload.item.last;
+            if q.fresh {
+                colour_read.read(i.sorted.payload.item.pixel);
+            }
+        }
+        let frame_done = q.stage.valid && end;
+        (d, Out { colour_read, colour_write, blended, frame_done }, ())
+    }
+}

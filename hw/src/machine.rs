@@ -1,0 +1,156 @@
+//! What every architecture shows to the outside: frames of fragments in, images out.
+
+use crate::pixel::{Fragment, Marked, Screen};
+use pellucid_sim::{Block, Deadlock, Figure, Handshake, Signals, StorageInfo, Stream, Violation};
+
+/// What a machine is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub enum Phase {
+    /// After reset: clearing its memories.
+    #[default]
+    Clear,
+    /// Ready for a frame.
+    Idle,
+    /// Taking a frame's fragments.
+    Store,
+    /// Turning them into an image.
+    Resolve,
+    /// The image is done, but the one before is still being shown.
+    Wait,
+}
+
+/// Inputs of every machine.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct Frame {
+    /// A frame's fragments in arrival order, then its end.
+    #[with(*cfg)]
+    pub fragment: Stream<Marked<Fragment>>,
+    /// The display takes a pixel.
+    pub image_ready: bool,
+}
+
+/// What the outside sees of a machine in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Ports {
+    /// What it is at.
+    pub phase: Phase,
+    /// Whether the fragment that was offered is taken.
+    pub fragment_ready: bool,
+    /// The image goes out, pixel by pixel, `0xRRGGBB`.
+    pub image: Handshake<u32>,
+}
+
+/// An architecture: a block that takes frames, with the monitor that watches it.
+pub trait Machine: Block<In = Frame, Out: Signals> {
+    /// Watches it.
+    type Monitor: Monitor<Self>;
+    /// What the outside sees.
+    fn ports(out: &Self::Out) -> Ports;
+    /// The screen.
+    fn screen(cfg: &Self::Config) -> Screen;
+}
+
+/// Watches a machine cycle by cycle: counts, and holds its streams to their rules.
+pub trait Monitor<M: Machine + ?Sized>: Sized {
+    /// A monitor that has seen nothing.
+    fn new(cfg: &M::Config) -> Self;
+    /// One cycle.
+    ///
+    /// # Errors
+    /// A stream broke its rules: a bug in a block.
+    fn observe(&mut self, cfg: &M::Config, out: &M::Out) -> Result<(), Violation>;
+    /// A number that grows whenever something moves between blocks.
+    fn transfers(&self) -> u64;
+    /// Who waits for whom in the last cycle.
+    fn deadlock(&self, cycle: u64, idle: u64, q: &M::State) -> Deadlock;
+    /// What was counted, once the memories' traffic is known.
+    fn tally(&self, cfg: &M::Config, memories: &[(String, StorageInfo)]) -> Tally;
+}
+
+/// What a run of a machine came to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Cycles by phase.
+    pub cycles: Cycles,
+    /// Fragments by what became of them.
+    pub fragments: Fragments,
+    /// Cycles in which a stream's offer was not taken: stream, sender, receiver, transfers, stalls.
+    pub streams: Vec<StreamTally>,
+    /// Memories with their traffic.
+    pub memories: Vec<MemoryTally>,
+    /// Accesses as the seed document counts them.
+    pub seed_accesses: u64,
+    /// Storage as the seed document counts it for the machine as configured, in bytes.
+    pub seed_bytes: u64,
+    /// The same for just the storage that was in use at the peak, in bytes.
+    pub seed_bytes_used: u64,
+    /// The architecture's own figures.
+    pub own: Vec<Figure>,
+}
+
+pellucid_sim::counters! {
+    /// Cycles by phase.
+    pub struct Cycles {
+        /// Store and resolve together, over all frames.
+        total: "cycles",
+        /// From a frame's first fragment until its last is stored.
+        store: "cycles",
+        /// From there until the image is complete.
+        resolve: "cycles",
+        /// With a complete image that waits for the one before to be shown.
+        wait: "cycles",
+        /// Showing images; beside the next frame's store.
+        scanout: "cycles",
+        /// Clearing memories, once after reset.
+        clear: "cycles",
+    }
+}
+
+pellucid_sim::counters! {
+    /// Fragments by what became of them.
+    pub struct Fragments {
+        /// Fragments that came in, opaque and transparent.
+        arrived: "fragments",
+        /// Opaque fragments that were drawn (and perhaps drawn over later).
+        drawn: "fragments",
+        /// Opaque fragments that were hidden on arrival.
+        hidden: "fragments",
+        /// Transparent fragments that were stored.
+        stored: "fragments",
+        /// Transparent fragments that were stored in outside memory.
+        spilled: "fragments",
+        /// Transparent fragments behind their pixel's opaque depth: never blended.
+        culled: "fragments",
+        /// Transparent fragments that were blended.
+        blended: "fragments",
+        /// Transparent fragments for which there was no place: the image lacks them.
+        dropped: "fragments",
+    }
+}
+
+/// One stream's traffic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StreamTally {
+    /// Its name.
+    pub name: &'static str,
+    /// The block that sends.
+    pub from: &'static str,
+    /// The block that receives.
+    pub to: &'static str,
+    /// Transfers.
+    pub transfers: u64,
+    /// Cycles in which something was offered and not taken.
+    pub stalls: u64,
+}
+
+/// One memory's traffic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemoryTally {
+    /// Its path.
+    pub name: String,
+    /// Size and traffic.
+    pub info: StorageInfo,
+    /// The most words that held something of use at once.
+    pub peak_words: u64,
+}

@@ -1,0 +1,252 @@
+//! Parameters of an architecture: declared once, with default, range, unit and sentence, for the
+//! command line, configuration files, listings and error messages alike.
+
+use std::fmt;
+
+/// What a listing tells of one parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Param {
+    /// Its name.
+    pub name: &'static str,
+    /// The default, as text.
+    pub default: String,
+    /// What it counts; empty for a choice.
+    pub unit: &'static str,
+    /// What it may be, as text.
+    pub range: String,
+    /// One sentence.
+    pub about: &'static str,
+}
+
+/// A parameter's value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Value {
+    /// A number.
+    Number(u32),
+    /// One of a few names.
+    Choice(&'static str),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Value::Number(n) => n.fmt(f),
+            Value::Choice(name) => name.fmt(f),
+        }
+    }
+}
+
+/// A parameter that was not understood.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ParamError {
+    /// No parameter of that name.
+    #[error("unknown parameter `{name}`{}; known are {known}", did_you_mean(nearest))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All known names.
+        known: String,
+    },
+    /// A value outside the range.
+    #[error("parameter `{name}` is {found}: expected {expected}")]
+    Value {
+        /// The parameter.
+        name: &'static str,
+        /// What was given.
+        found: String,
+        /// What it may be.
+        expected: String,
+    },
+    /// Values that do not go together.
+    #[error("{0}")]
+    Together(String),
+}
+
+fn did_you_mean(nearest: &Option<&'static str>) -> String {
+    nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
+}
+
+/// The name in `known` that is most like `name`, if one is alike at all.
+pub fn nearest(name: &str, known: impl IntoIterator<Item = &'static str>) -> Option<&'static str> {
+    known
+        .into_iter()
+        .map(|k| (strsim::jaro_winkler(name, k), k))
+        .filter(|(likeness, _)| *likeness > 0.7)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, k)| k)
+}
+
+/// A set of parameters.
+pub trait Parameters: Copy {
+    /// Every parameter.
+    fn list() -> Vec<Param>;
+    /// Sets one from text.
+    ///
+    /// # Errors
+    /// An unknown name or a value out of range; nothing is changed then.
+    fn set(&mut self, name: &str, value: &str) -> Result<(), ParamError>;
+    /// Every name with its value, in the order of [`Parameters::list`].
+    fn values(&self) -> Vec<(&'static str, Value)>;
+}
+
+/// A type that a parameter can have: a number in a range, or one of a few names.
+pub trait ParamType: Copy {
+    /// What limits it: a range for numbers, nothing for names.
+    type Limits;
+    /// From text.
+    fn parse(text: &str, limits: &Self::Limits) -> Option<Self>;
+    /// What it may be, as text.
+    fn expected(limits: &Self::Limits) -> String;
+    /// Itself.
+    fn value(self) -> Value;
+}
+
+impl ParamType for u32 {
+    type Limits = std::ops::RangeInclusive<u32>;
+    fn parse(text: &str, limits: &Self::Limits) -> Option<u32> {
+        text.parse().ok().filter(|n| limits.contains(n))
+    }
+    fn expected(limits: &Self::Limits) -> String {
+        format!("a whole number from {} to {}", limits.start(), limits.end())
+    }
+    fn value(self) -> Value {
+        Value::Number(self)
+    }
+}
+
+/// Declares an enum that a parameter can have, with the names that users write.
+#[macro_export]
+macro_rules! choice {
+    ($(#[$meta:meta])* $vis:vis enum $name:ident { $($(#[$vmeta:meta])* $variant:ident = $text:literal,)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $name { $($(#[$vmeta])* $variant,)* }
+        impl $crate::params::ParamType for $name {
+            type Limits = ();
+            fn parse(text: &str, _: &()) -> Option<Self> {
+                match text { $($text => Some($name::$variant),)* _ => None }
+            }
+            fn expected(_: &()) -> String {
+                let names: &[&str] = &[$(concat!("`", $text, "`")),*];
+                match names {
+                    [one] => format!("{one}, the only choice so far"),
+                    [start @ .., last] => format!("{} or {last}", start.join(", ")),
+                    [] => String::new(),
+                }
+            }
+            fn value(self) -> $crate::params::Value {
+                $crate::params::Value::Choice(match self { $($name::$variant => $text,)* })
+            }
+        }
+    };
+}
+
+/// Declares a struct of parameters: `name: type = default, "unit", limits;` with the doc comment as
+/// the sentence that listings show.
+#[macro_export]
+macro_rules! parameters {
+    ($(#[$meta:meta])* $vis:vis struct $name:ident {
+        $($(#[doc = $about:literal])+ $field:ident: $ty:ty = $default:expr, $unit:literal, $limits:expr;)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis struct $name { $($(#[doc = $about])+ pub $field: $ty,)* }
+        impl Default for $name {
+            fn default() -> Self { $name { $($field: $default,)* } }
+        }
+        impl $crate::params::Parameters for $name {
+            fn list() -> Vec<$crate::params::Param> {
+                vec![$($crate::params::Param {
+                    name: stringify!($field),
+                    default: $crate::params::ParamType::value($default as $ty).to_string(),
+                    unit: $unit,
+                    range: <$ty as $crate::params::ParamType>::expected(&$limits),
+                    about: concat!($($about),+).trim_ascii(),
+                }),*]
+            }
+            fn set(&mut self, name: &str, value: &str) -> Result<(), $crate::params::ParamError> {
+                match name {
+                    $(stringify!($field) => {
+                        self.$field = <$ty as $crate::params::ParamType>::parse(value, &$limits)
+                            .ok_or_else(|| $crate::params::ParamError::Value {
+                                name: stringify!($field),
+                                found: format!("`{value}`"),
+                                expected: <$ty as $crate::params::ParamType>::expected(&$limits),
+                            })?;
+                    })*
+                    _ => {
+                        let known = [$(stringify!($field)),*];
+                        return Err($crate::params::ParamError::Unknown {
+                            name: name.to_string(),
+                            nearest: $crate::params::nearest(name, known),
+                            known: known.map(|k| format!("`{k}`")).join(", "),
+                        });
+                    }
+                }
+                Ok(())
+            }
+            fn values(&self) -> Vec<(&'static str, $crate::params::Value)> {
+                vec![$((stringify!($field), $crate::params::ParamType::value(self.$field))),*]
+            }
+        }
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    choice! {
+        /// Where.
+        pub enum Side { /// Left.
+            Left = "left", /// Right.
+            Right = "right", }
+    }
+    parameters! {
+        /// Some.
+        pub struct Some3 {
+            /// How many.
+            sections: u32 = 5, "sections", 1..=9;
+            /// Which side.
+            side: Side = Side::Left, "", ();
+        }
+    }
+
+    #[test]
+    fn set_and_list() {
+        let mut p = Some3::default();
+        p.set("sections", "9").unwrap();
+        p.set("side", "right").unwrap();
+        assert_eq!(p, Some3 { sections: 9, side: Side::Right });
+        let list = Some3::list();
+        assert_eq!((list[0].default.as_str(), list[0].about), ("5", "How many."));
+        assert_eq!(list[1].range, "`left` or `right`");
+    }
+
+    #[test]
+    fn messages() {
+        let mut p = Some3::default();
+        let message = |r: Result<(), ParamError>| r.unwrap_err().to_string();
+        assert_eq!(
+            message(p.set("section", "9")),
+            "unknown parameter `section` (did you mean `sections`?); known are `sections`, `side`"
+        );
+        assert_eq!(
+            message(p.set("qqq", "9")),
+            "unknown parameter `qqq`; known are `sections`, `side`"
+        );
+        for bad in ["0", "10", "-1", "x", "", "4294967296"] {
+            assert_eq!(
+                message(p.set("sections", bad)),
+                format!("parameter `sections` is `{bad}`: expected a whole number from 1 to 9")
+            );
+        }
+        assert_eq!(
+            message(p.set("side", "up")),
+            "parameter `side` is `up`: expected `left` or `right`"
+        );
+        assert_eq!(p, Some3::default());
+    }
+}

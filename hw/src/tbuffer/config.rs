@@ -1,0 +1,194 @@
+//! The T-buffer's parameters, and what the blocks derive from them.
+
+use crate::params::ParamError;
+use crate::pixel::Screen;
+use crate::{allocator, choice, parameters, sorter};
+use pellucid_sim::bits_for;
+
+choice! {
+    /// How a fragment finds the end of its pixel's chain.
+    pub enum Append {
+        /// The SSA table holds the first section; each store walks the chain (seed 000).
+        Walk = "walk",
+        /// The SSA table also holds the last section and how full it is.
+        Tail = "tail",
+    }
+}
+
+choice! {
+    /// How resolve finds the pixels that have fragments.
+    pub enum Scan {
+        /// It looks at every pixel (seed 000).
+        Linear = "linear",
+        /// An occupancy bitmap skips empty pixels, a word at a time.
+        Bitmap = "bitmap",
+    }
+}
+
+choice! {
+    /// Which allocator hands out sections.
+    pub enum AllocatorKind {
+        /// A free list as a queue.
+        Fifo = "fifo",
+    }
+}
+
+parameters! {
+    /// What a user chooses.
+    pub struct Params {
+        /// Sections on chip.
+        sections: u32 = 262_144, "sections", 1..=1 << 24;
+        /// Fragments that a section holds (L).
+        section_capacity: u32 = 3, "fragments", 1..=64;
+        /// How a store finds the end of its pixel's chain: walk it, or keep its tail in the SSA table.
+        append: Append = Append::Tail, "", ();
+        /// How resolve finds pixels: visit every one, or skip empty ones by an occupancy bitmap.
+        scan: Scan = Scan::Bitmap, "", ();
+        /// Which allocator hands out sections.
+        allocator: AllocatorKind = AllocatorKind::Fifo, "", ();
+        /// Fragments sorted in one pass (K); a pixel with more takes several passes.
+        sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
+        /// Further sections in outside memory, used once those on chip are all taken.
+        outside_sections: u32 = 1_048_576, "sections", 0..=1 << 24;
+        /// From a read request to outside memory to its data.
+        outside_latency: u32 = 64, "cycles", 1..=1024;
+        /// Fragment reads under way at once during resolve.
+        reads_in_flight: u32 = 64, "reads", 2..=4096;
+    }
+}
+
+/// Fragments that all sections together may hold: what a simulation can hold in memory.
+pub const MAX_FRAGMENTS: u64 = 1 << 28;
+
+/// A preset: a name for a set of parameters.
+pub struct Preset {
+    /// Its name.
+    pub name: &'static str,
+    /// One sentence.
+    pub about: &'static str,
+    /// Makes the parameters.
+    pub params: fn() -> Params,
+}
+
+/// All presets; the first is the default.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "fast",
+        about: "append=tail, scan=bitmap: about one fragment a cycle in either phase.",
+        params: Params::default,
+    },
+    Preset {
+        name: "paper",
+        about: "append=walk, scan=linear: as seed 000 describes it.",
+        params: || Params { append: Append::Walk, scan: Scan::Linear, ..Params::default() },
+    },
+];
+
+/// Everything that the blocks need to know, checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// The parameters.
+    pub params: Params,
+    /// Sections on chip and outside together; as a section number it stands for NULL.
+    pub null: u32,
+    /// Fragments that a section holds.
+    pub capacity: u32,
+    /// `append` is `tail`.
+    pub tail: bool,
+    /// `scan` is `bitmap`.
+    pub bitmap: bool,
+}
+
+impl Config {
+    /// Checks the parameters against each other.
+    ///
+    /// # Errors
+    /// If all sections together would hold more than [`MAX_FRAGMENTS`] fragments.
+    pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
+        let sections = u64::from(params.sections) + u64::from(params.outside_sections);
+        let fragments = sections * u64::from(params.section_capacity);
+        if fragments > MAX_FRAGMENTS {
+            return Err(ParamError::Together(format!(
+                "parameters `sections` + `outside_sections` times `section_capacity` hold {fragments} \
+                 fragments: expected at most {MAX_FRAGMENTS}"
+            )));
+        }
+        Ok(Config {
+            screen,
+            null: params.sections + params.outside_sections,
+            capacity: params.section_capacity,
+            tail: params.append == Append::Tail,
+            bitmap: params.scan == Scan::Bitmap,
+            params,
+        })
+    }
+
+    /// Bits of a section number, NULL included.
+    pub fn id_bits(&self) -> u32 {
+        bits_for(u64::from(self.null))
+    }
+    /// Bits of how full a section is, 0..=capacity.
+    pub fn fill_bits(&self) -> u32 {
+        bits_for(u64::from(self.capacity))
+    }
+    /// Bits of a fragment's place in a section.
+    pub fn slot_bits(&self) -> u32 {
+        bits_for(u64::from(self.capacity - 1))
+    }
+    /// Bits of a fragment's position in its pixel's chain.
+    pub fn position_bits(&self) -> u32 {
+        bits_for(u64::from(self.null) * u64::from(self.capacity))
+    }
+    /// Words of the occupancy bitmap.
+    pub fn occupancy_words(&self) -> u32 {
+        self.screen.pixels().div_ceil(OCCUPANCY_BITS)
+    }
+    /// The allocator of the sections on chip.
+    pub fn on_chip(&self) -> allocator::Config {
+        allocator::Config { sections: self.params.sections }
+    }
+    /// The allocator of the sections outside.
+    pub fn outside(&self) -> allocator::Config {
+        allocator::Config { sections: self.params.outside_sections }
+    }
+    /// The sorter.
+    pub fn sorter(&self) -> sorter::Config {
+        sorter::Config {
+            depth: self.params.sorter_depth,
+            screen: self.screen,
+            position_bits: self.position_bits(),
+        }
+    }
+}
+
+/// Bits of a word of the occupancy bitmap: pixels that a scan skips in one cycle.
+pub const OCCUPANCY_BITS: u32 = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Parameters;
+
+    #[test]
+    fn presets_set_what_they_say() {
+        let by_name = |name| (PRESETS.iter().find(|p| p.name == name).unwrap().params)();
+        assert_eq!((by_name("fast").append, by_name("fast").scan), (Append::Tail, Scan::Bitmap));
+        assert_eq!((by_name("paper").append, by_name("paper").scan), (Append::Walk, Scan::Linear));
+    }
+
+    #[test]
+    fn too_much_storage_is_refused() {
+        let screen = Screen { width: 4, height: 4, background: 0 };
+        let mut params = Params::default();
+        params.set("sections", "16777216").unwrap();
+        params.set("section_capacity", "16").unwrap();
+        let error = Config::new(screen, params).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "parameters `sections` + `outside_sections` times `section_capacity` hold 285212672 \
+             fragments: expected at most 268435456"
+        );
+    }
+}

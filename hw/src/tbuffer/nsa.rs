@@ -1,0 +1,57 @@
+//! The NSA table: for each section the one that follows it in its pixel's chain.
+//!
+//! ```text
+//!  store (read or write) --->+-----+
+//!  chain (read) ------------>| Nsa |---> entry
+//!                            +-----+
+//! ```
+//! One access a cycle; a read shows its entry in the next cycle and keeps it until the next read.
+
+use super::config::Config;
+use super::tables::NsaEntry;
+use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::{Memory, Port, Ram1RW, Read, width_of};
+
+/// See the module's description.
+pub struct Nsa;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// The store unit's access.
+    pub store: Port<NsaEntry>,
+    /// The chain reader's access.
+    pub chain: Port<NsaEntry>,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// One entry per section.
+    pub table: Ram1RW<NsaEntry>,
+}
+
+impl Block for Nsa {
+    type Config = Config;
+    type State = ();
+    type In = In;
+    type Moore = Read<NsaEntry>;
+    type Out = ();
+    type Mem = Mem;
+
+    fn reset(_: &Config) {}
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem { table: Ram1RW::new(cfg.null, width_of::<NsaEntry>(cfg), 1) }
+    }
+
+    #[inline(always)]
+    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<NsaEntry> {
+        m.table
+    }
+
+    #[inline(always)]
+    fn next(_: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
+        ((), (), MemD { table: i.store.or(i.chain) })
+    }
+}

@@ -1,0 +1,69 @@
+//! The occupancy bitmap: one bit per pixel, set while the pixel has fragments.
+//!
+//! ```text
+//!  store read, write --->+-----------+
+//!  scan read, write ---->| Occupancy |---> word
+//!  clear --------------->+-----------+
+//! ```
+//! A word holds the bits of [`OCCUPANCY_BITS`] pixels. One read and one write a cycle; a read that
+//! meets a write of the same word shows what is written. With `scan=linear` it does not exist.
+
+use super::config::{Config, OCCUPANCY_BITS};
+use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort};
+
+/// See the module's description.
+pub struct Occupancy;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// The store unit's read.
+    pub store_read: ReadPort,
+    /// The store unit's write.
+    pub store_write: WritePort<u64>,
+    /// The scanner's read.
+    pub scan_read: ReadPort,
+    /// The scanner's write: 0.
+    pub scan_write: WritePort<u64>,
+    /// A word that is set to 0, if there is one of that number.
+    pub clear: Stream<u32>,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// One bit per pixel.
+    pub bitmap: Ram1R1W<u64>,
+}
+
+impl Block for Occupancy {
+    type Config = Config;
+    type State = ();
+    type In = In;
+    type Moore = Read<u64>;
+    type Out = ();
+    type Mem = Mem;
+
+    fn reset(_: &Config) {}
+
+    fn memories(cfg: &Config) -> Mem {
+        let words = if cfg.bitmap { cfg.occupancy_words() } else { 0 };
+        Mem { bitmap: Ram1R1W::new(words, OCCUPANCY_BITS, 1, ReadDuringWrite::New) }
+    }
+
+    #[inline(always)]
+    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<u64> {
+        m.bitmap
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
+        let mut clear = WritePort::default();
+        if cfg.bitmap && i.clear.valid && i.clear.payload < cfg.occupancy_words() {
+            clear.write(i.clear.payload, 0);
+        }
+        let bitmap = (i.store_read.or(i.scan_read), i.store_write.or(i.scan_write).or(clear));
+        ((), (), MemD { bitmap })
+    }
+}

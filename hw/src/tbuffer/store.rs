@@ -1,0 +1,264 @@
+//! The store unit: puts each transparent fragment at the end of its pixel's chain.
+//!
+//! ```text
+//!                  +-------+
+//!  fragment ------>|       |---> SSA read, write    <--- entry
+//!  ready <---------| Store |---> NSA access         <--- entry
+//!  grant --------->|       |---> section write
+//!  take <----------|       |---> occupancy read, write
+//!                  +-------+
+//! ```
+//! With `append=tail` one fragment a cycle, same pixel or not: the SSA entry names the last section
+//! and how full it is. With `append=walk` (seed 000, Figure 4) the entry names the first section, and
+//! the unit reads the NSA table section by section: a fragment whose chain has `c` sections takes
+//! `c + 1` cycles, `c + 2` if it needs a new one behind them.
+//!
+//! If no section is free anywhere the fragment is dropped, and `dropped` says so.
+
+use super::config::{Config, OCCUPANCY_BITS};
+use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use crate::pixel::{Marked, PixelFragment};
+use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::{
+    Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo,
+};
+
+/// See the module's description.
+pub struct Store;
+
+/// What the unit is at with the fragment in its stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Signals)]
+pub enum Fsm {
+    /// The pixel's SSA entry is at hand.
+    Start,
+    /// The NSA entry of section `at` is at hand.
+    Walk,
+    /// Section `at` is new: its NSA entry is yet to be written.
+    Link,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Fragments that arrived.
+    #[with(QUEUE_DEPTH)]
+    pub queue: fifo::State,
+    /// The fragment at hand.
+    #[with(cfg.screen)]
+    pub stage: Stream<Marked<PixelFragment>>,
+    /// What is done with it.
+    pub fsm: Fsm,
+    /// The section that the walk has come to.
+    #[width(cfg.id_bits())]
+    pub at: u32,
+}
+
+const QUEUE_DEPTH: u32 = 2;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// Transparent fragments in arrival order, then the end of the frame.
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// The SSA entry that was asked for.
+    pub ssa: Read<SsaEntry>,
+    /// The NSA entry that was asked for.
+    pub nsa: Read<NsaEntry>,
+    /// The occupancy word that was asked for.
+    pub occupancy: Read<u64>,
+    /// A free section.
+    pub grant: Stream<u32>,
+    /// No section is free.
+    pub exhausted: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug)]
+pub struct Moore {
+    /// A fragment is taken.
+    pub ready: bool,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Out {
+    /// Reads an SSA entry.
+    pub ssa_read: ReadPort,
+    /// Writes an SSA entry.
+    pub ssa_write: WritePort<SsaEntry>,
+    /// Reads or writes an NSA entry.
+    pub nsa: Port<NsaEntry>,
+    /// Reads an occupancy word.
+    pub occupancy_read: ReadPort,
+    /// Writes an occupancy word.
+    pub occupancy_write: WritePort<u64>,
+    /// Where the fragment is written.
+    pub place: Stream<Place>,
+    /// What is written there.
+    pub word: Word,
+    /// The granted section is taken.
+    pub take: bool,
+    /// The fragment is its pixel's first.
+    pub first: bool,
+    /// The fragment finds no section and is dropped.
+    pub dropped: bool,
+    /// The fragment waits for a section.
+    pub waits: bool,
+    /// All fragments of the frame are stored.
+    pub frame_stored: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// Fragments that arrived.
+    pub queue: <Fifo<Marked<PixelFragment>> as Block>::Mem,
+}
+
+fn queue(cfg: &Config) -> fifo::Config<crate::pixel::Screen> {
+    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+}
+
+impl Block for Store {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        let queue = Fifo::<Marked<PixelFragment>>::reset(&queue(cfg));
+        State { queue, stage: Stream::idle(), fsm: Fsm::Start, at: 0 }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem { queue: Fifo::<Marked<PixelFragment>>::memories(&queue(cfg)) }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
+        Moore { ready: Fifo::moore(&queue(cfg), &q.queue, &m.queue).ready }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
+        let mut d = q;
+        let PixelFragment { pixel, z, rgba } = q.stage.payload.item;
+        let mut o = Out {
+            ssa_read: ReadPort::default(),
+            ssa_write: WritePort::default(),
+            nsa: Port::default(),
+            occupancy_read: ReadPort::default(),
+            occupancy_write: WritePort::default(),
+            place: Stream::idle(),
+            word: Word { z, rgba },
+            take: false,
+            first: false,
+            dropped: false,
+            waits: false,
+            frame_stored: q.stage.valid && q.stage.payload.end,
+        };
+        let at_hand = q.stage.valid && !q.stage.payload.end;
+
+        // Where does the fragment go? To a slot that the pixel has, or into a new section: its first,
+        // or one behind its last.
+        let mut slot: Stream<Place> = Stream::idle();
+        let mut needs_first = false;
+        let mut behind: Stream<u32> = Stream::idle();
+        let mut linked = false;
+        if at_hand {
+            match q.fsm {
+                Fsm::Start => {
+                    let SsaEntry { head, tail, fill } = i.ssa.data;
+                    if head == cfg.null {
+                        needs_first = true;
+                    } else if !cfg.tail {
+                        o.nsa.read(head);
+                        d.at = head;
+                        d.fsm = Fsm::Walk;
+                    } else if fill < cfg.capacity {
+                        slot = Stream::offer(Place { section: tail, slot: fill });
+                    } else {
+                        behind = Stream::offer(tail);
+                    }
+                }
+                Fsm::Walk => {
+                    let NsaEntry { next, fill } = i.nsa.data;
+                    if next != cfg.null {
+                        o.nsa.read(next);
+                        d.at = next;
+                    } else if fill < cfg.capacity {
+                        slot = Stream::offer(Place { section: q.at, slot: fill });
+                    } else {
+                        behind = Stream::offer(q.at);
+                    }
+                }
+                Fsm::Link => {
+                    o.nsa.write(q.at, NsaEntry { next: cfg.null, fill: 1 });
+                    linked = true;
+                }
+            }
+        }
+
+        // Is a section to be had where one is needed?
+        let needs = needs_first || behind.valid;
+        o.dropped = needs && !i.grant.valid && i.exhausted;
+        o.waits = needs && !i.grant.valid && !i.exhausted;
+        o.take = needs && i.grant.valid;
+        o.first = needs_first && o.take;
+        let new = i.grant.payload;
+        let mut linking = false;
+
+        // The fragment goes to its place, and the tables learn of it.
+        if slot.valid {
+            o.place = slot;
+            let fill = slot.payload.slot + 1;
+            if cfg.tail {
+                o.ssa_write.write(pixel, SsaEntry { fill, ..i.ssa.data });
+            } else {
+                o.nsa.write(slot.payload.section, NsaEntry { next: cfg.null, fill });
+            }
+        } else if o.take {
+            o.place = Stream::offer(Place { section: new, slot: 0 });
+            if o.first {
+                if cfg.tail {
+                    o.ssa_write.write(pixel, SsaEntry { head: new, tail: new, fill: 1 });
+                } else {
+                    o.ssa_write.write(pixel, SsaEntry { head: new, tail: 0, fill: 0 });
+                    o.nsa.write(new, NsaEntry { next: cfg.null, fill: 1 });
+                }
+                if cfg.bitmap {
+                    let bit = 1 << (pixel % OCCUPANCY_BITS);
+                    o.occupancy_write.write(pixel / OCCUPANCY_BITS, i.occupancy.data | bit);
+                }
+            } else if cfg.tail {
+                o.ssa_write.write(pixel, SsaEntry { tail: new, fill: 1, ..i.ssa.data });
+                o.nsa.write(behind.payload, NsaEntry { next: new, fill: 0 });
+            } else {
+                o.nsa.write(behind.payload, NsaEntry { next: new, fill: cfg.capacity });
+                d.at = new;
+                d.fsm = Fsm::Link;
+                linking = true;
+            }
+        }
+
+        // The next fragment comes to hand once this one is done.
+        let done = !at_hand || linked || o.dropped || (o.place.valid && !linking);
+        if done {
+            d.fsm = Fsm::Start;
+            let front = Fifo::moore(&queue(cfg), &q.queue, &m.queue).front;
+            d.stage = front;
+            if front.valid && !front.payload.end {
+                o.ssa_read.read(front.payload.item.pixel);
+                if cfg.bitmap {
+                    o.occupancy_read.read(front.payload.item.pixel / OCCUPANCY_BITS);
+                }
+            }
+        }
+        let to_queue = fifo::In { push: i.fragment, pop: done };
+        let (queue, (), queue_mem) = Fifo::next(&queue(cfg), q.queue, m.queue, to_queue);
+        d.queue = queue;
+        (d, o, MemD { queue: queue_mem })
+    }
+}
