@@ -4,3 +4,4 @@ pub mod frame;
 pub mod golden;
 pub mod image;
 pub mod output;
+pub mod trace;
