@@ -23,6 +23,9 @@ const NONE: u32 = u32::MAX;
 /// Records per block of the store. Blocks never move, so growing copies nothing.
 const BLOCK: usize = 1 << 16;
 
+/// Pixels whose chains are followed side by side: one chain alone would wait for memory at every step.
+const GROUP: usize = 32;
+
 /// A fragment that the golden model cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GoldenError {
@@ -56,6 +59,14 @@ pub enum GoldenError {
 struct Record {
     /// Index of the pixel's record before this one, or [`NONE`].
     previous: u32,
+    z: u32,
+    rgba: u32,
+}
+
+/// A record that counts, to be put in blending order.
+struct Layer {
+    /// Number of the pixel in its group.
+    pixel: u32,
     z: u32,
     rgba: u32,
 }
@@ -186,16 +197,21 @@ impl Golden {
         let mut stored_histogram = vec![0];
         let mut blended = 0;
         let mut layers = Vec::new();
-        for pixel in &self.pixels {
-            let stored = self.layers(pixel, &mut layers);
-            colours.push(
-                layers
-                    .iter()
-                    .fold(pixel.colour, |below, layer| blend(layer.rgba, below)),
-            );
-            blended += layers.len() as u64;
-            count(&mut layer_histogram, layers.len());
-            count(&mut stored_histogram, stored);
+        for group in self.pixels.chunks(GROUP) {
+            let stored = self.layers(group, &mut layers);
+            let mut rest = &layers[..];
+            for ((number, pixel), stored) in (0..).zip(group).zip(stored) {
+                let own = rest.iter().take_while(|layer| layer.pixel == number);
+                let (own, others) = rest.split_at(own.count());
+                rest = others;
+                colours.push(
+                    own.iter()
+                        .fold(pixel.colour, |below, layer| blend(layer.rgba, below)),
+                );
+                blended += own.len() as u64;
+                count(&mut layer_histogram, own.len());
+                count(&mut stored_histogram, stored);
+            }
         }
         let transparent = self.fragments - self.opaque;
         Reference {
@@ -218,22 +234,32 @@ impl Golden {
         }
     }
 
-    /// Fills `layers` with a pixel's records that count, in blending order. Returns how many it stored.
-    fn layers(&self, pixel: &Pixel, layers: &mut Vec<Record>) -> usize {
+    /// Fills `layers` with the records that count, pixel by pixel in blending order. Returns how many each stored.
+    fn layers(&self, group: &[Pixel], layers: &mut Vec<Layer>) -> [usize; GROUP] {
         layers.clear();
-        let mut stored = 0;
-        let mut index = pixel.latest;
-        while index != NONE {
-            let record = self.blocks[index as usize / BLOCK][index as usize % BLOCK];
-            stored += 1;
-            if record.z < pixel.z {
-                layers.push(record);
-            }
-            index = record.previous;
+        let mut stored = [0; GROUP];
+        let mut chains: Vec<(u32, u32)> = (0..)
+            .zip(group.iter().map(|pixel| pixel.latest))
+            .filter(|&(_, index)| index != NONE)
+            .collect();
+        while !chains.is_empty() {
+            chains.retain_mut(|(pixel, index)| {
+                let record = self.blocks[*index as usize / BLOCK][*index as usize % BLOCK];
+                stored[*pixel as usize] += 1;
+                if record.z < group[*pixel as usize].z {
+                    layers.push(Layer {
+                        pixel: *pixel,
+                        z: record.z,
+                        rgba: record.rgba,
+                    });
+                }
+                *index = record.previous;
+                *index != NONE
+            });
         }
-        // The chain runs from the latest to the earliest; the sort is stable, so equal depths keep arrival order.
+        // A chain runs from the latest to the earliest; the sort is stable, so equal depths keep arrival order.
         layers.reverse();
-        layers.sort_by_key(|layer| std::cmp::Reverse(layer.z));
+        layers.sort_by_key(|layer| u64::from(layer.pixel) << 32 | u64::from(Z_FAR - layer.z));
         stored
     }
 }

@@ -1,7 +1,7 @@
 //! Fragment traces: what a rasteriser handed over, in arrival order, in a file.
 //!
 //! Two forms have the same content. The text form (`.csv`) is for people and other programs; the binary form
-//! (`.ptrace`) is less than half as long and several times faster to read. Both are read and written as a
+//! (`.ptrace`) is usually less than half as long and several times faster to read. Both are read and written as a
 //! stream in constant memory, so a trace may be larger than memory. The name's ending says the form.
 
 mod binary;
