@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempPath};
 
 /// An output file or folder that could not be made: its final path and the reason.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
     /// A file could not be created, written or renamed.
     #[error("cannot write `{}`: {reason}", path.display())]

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Traces are long, so reading has two paths. The quick one takes lines exactly as our writer makes them,
-//! a field at a time in one machine word ([`digits`](super::digits)). Whatever it does not
+//! a field at a time in one machine word ([`digits`]). Whatever it does not
 //! recognise goes to the careful one, which tolerates CRLF, spaces around numbers, blank lines at the end and
 //! a missing last newline, and says what is wrong with everything else.
 

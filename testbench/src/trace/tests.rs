@@ -165,6 +165,22 @@ fn a_full_disk_is_named() {
     );
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_writer_that_failed_cannot_be_finished() {
+    let folder = folder();
+    let path = folder.path().join("full.ptrace");
+    std::os::unix::fs::symlink("/dev/full", &path).unwrap();
+    let mut writer = TraceWriter::create(&path, INFO).unwrap();
+    // More than any buffer on the way holds.
+    let failed = (0..100_000).any(|_| writer.push(Fragment::default()).is_err());
+    assert!(failed, "a full disk must be noticed while writing");
+    assert_eq!(
+        writer.finish().unwrap_err().to_string(),
+        format!("cannot write `{}`: No space left on device", path.display())
+    );
+}
+
 prop_compose! {
     fn any_fragment()(x in 0..640_u32, y in 0..480_u32, z in 0..=Z_FAR, rgba: u32) -> Fragment {
         Fragment { x, y, z, rgba }

@@ -24,6 +24,8 @@ pub struct TraceWriter {
     largest: [u32; 7],
     count: u64,
     gathered: Vec<u8>,
+    /// The error of an earlier write.
+    failed: Option<OutputError>,
 }
 
 impl TraceWriter {
@@ -49,6 +51,7 @@ impl TraceWriter {
             largest: fields::largest(info),
             count: 0,
             gathered,
+            failed: None,
         })
     }
 
@@ -88,10 +91,16 @@ impl TraceWriter {
     }
 
     fn write_gathered(&mut self) -> Result<(), TraceError> {
-        self.file
-            .write_all(&self.gathered)
-            .map_err(|error| OutputError::write(&self.path, &error))?;
+        // After a failed write a part may be missing: no later one may succeed, nor the file get its name.
+        if let Some(error) = &self.failed {
+            return Err(error.clone().into());
+        }
+        let written = self.file.write_all(&self.gathered);
         self.gathered.clear();
-        Ok(())
+        written.map_err(|error| {
+            let error = OutputError::write(&self.path, &error);
+            self.failed = Some(error.clone());
+            error.into()
+        })
     }
 }
