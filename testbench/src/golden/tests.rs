@@ -1,0 +1,284 @@
+use super::*;
+use pellucid_hw::pixel::rgba;
+use proptest::prelude::*;
+
+const BLACK: FrameInfo = FrameInfo {
+    width: 2,
+    height: 1,
+    background: 0,
+};
+
+fn at(x: u32, z: u32, rgba: u32) -> Fragment {
+    Fragment { x, y: 0, z, rgba }
+}
+
+fn run(info: FrameInfo, fragments: &[Fragment]) -> Reference {
+    let mut golden = Golden::new(info);
+    for &fragment in fragments {
+        golden.push(fragment).unwrap();
+    }
+    golden.finish()
+}
+
+#[test]
+fn division_rounds_exactly_everywhere() {
+    for t in 0..=65025_u32 {
+        // round(t / 255) is the q with |t - 255 q| <= 127; 255 is odd, so it is unique.
+        let q = divide_by_255(t);
+        assert!((255 * q).abs_diff(t) <= 127, "{t} / 255 gave {q}");
+    }
+}
+
+#[test]
+fn blending_rounds_exactly_for_every_alpha_source_and_destination() {
+    for a in 0..=255_u8 {
+        for s in 0..=255_u8 {
+            for c in 0..=255_u8 {
+                let exact = u32::from(a) * u32::from(s) + (255 - u32::from(a)) * u32::from(c);
+                // The same values go through each channel in turn, beside a channel that must not leak.
+                let below = u32::from_be_bytes([0, c, 255, c]);
+                let [_, r, g, b] = blend(rgba(s, 255, s, a), below).to_be_bytes();
+                assert!(
+                    (255 * u32::from(r)).abs_diff(exact) <= 127,
+                    "a={a} s={s} c={c}: {r}"
+                );
+                assert_eq!((g, b), (255, r), "a={a} s={s} c={c}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_empty_frame_is_background() {
+    let info = FrameInfo {
+        width: 2,
+        height: 2,
+        background: 0x123456,
+    };
+    let reference = run(info, &[]);
+    assert_eq!(reference.image.pixels, [0x123456; 4]);
+    assert_eq!(reference.layer_histogram, [4]);
+    assert_eq!(reference.stored_histogram, [4]);
+    assert_eq!(reference.max_layers, 0);
+}
+
+#[test]
+fn two_layers_by_hand() {
+    // Nearer arrives first. Far: red 200, alpha 128, over black:
+    //   128*200 + 127*0 = 25600; / 255 = 100.39 -> 100.
+    // Near: red 50, alpha 64, over 100: 64*50 + 191*100 = 22300; / 255 = 87.45 -> 87.
+    let fragments = [
+        at(0, 10, rgba(50, 0, 0, 64)),
+        at(0, 20, rgba(200, 0, 0, 128)),
+    ];
+    let reference = run(BLACK, &fragments);
+    assert_eq!(reference.image.pixels, [87 << 16, 0]);
+    assert_eq!((reference.blended, reference.culled), (2, 0));
+    assert_eq!(reference.transparent_pixels, 1);
+    assert_eq!(reference.max_layers, 2);
+    assert_eq!(reference.layer_histogram, [1, 0, 1]);
+}
+
+#[test]
+fn equal_depth_blends_the_earlier_arrival_first() {
+    // White at alpha 128 over black: 128*255 / 255 = 128. Then black at alpha 128: 127*128 = 16256; / 255 = 63.75 -> 64.
+    let white = at(0, 5, rgba(255, 255, 255, 128));
+    let black = at(0, 5, rgba(0, 0, 0, 128));
+    assert_eq!(run(BLACK, &[white, black]).image.pixels[0], 0x404040);
+    // Black over black is 0. Then white at alpha 128: 128*255 / 255 = 128.
+    assert_eq!(run(BLACK, &[black, white]).image.pixels[0], 0x808080);
+}
+
+#[test]
+fn the_first_opaque_fragment_wins_a_tie() {
+    let fragments = [at(0, 5, 0x112233ff), at(0, 5, 0x445566ff)];
+    let reference = run(BLACK, &fragments);
+    assert_eq!(reference.image.pixels[0], 0x112233);
+    assert_eq!((reference.fragments, reference.opaque), (2, 2));
+}
+
+#[test]
+fn an_opaque_fragment_culls_what_came_before_behind_it() {
+    let fragments = [
+        at(0, 20, rgba(255, 0, 0, 128)), // stored, then hidden
+        at(0, 10, 0x0000ffff),
+        at(0, 10, rgba(255, 0, 0, 128)), // equal to the opaque depth: not in front
+        at(0, 30, rgba(255, 0, 0, 128)), // behind at arrival
+    ];
+    let reference = run(BLACK, &fragments);
+    assert_eq!(reference.image.pixels[0], 0x0000ff);
+    assert_eq!((reference.transparent, reference.culled), (3, 3));
+    assert_eq!((reference.blended, reference.transparent_pixels), (0, 0));
+    assert_eq!((reference.stored, reference.stored_pixels), (1, 1));
+    assert_eq!(reference.stored_histogram, [1, 1]);
+    assert_eq!(reference.layer_histogram, [2]);
+}
+
+#[test]
+fn nothing_at_the_far_plane_is_visible() {
+    let fragments = [at(0, Z_FAR, 0xffffffff), at(1, Z_FAR, 0xffffff80)];
+    let reference = run(BLACK, &fragments);
+    assert_eq!(reference.image.pixels, [0, 0]);
+    assert_eq!((reference.opaque, reference.culled), (1, 1));
+    assert_eq!(reference.stored, 0);
+}
+
+#[test]
+fn alpha_zero_counts_as_a_layer_and_changes_no_colour() {
+    let info = FrameInfo {
+        background: 0x336699,
+        ..BLACK
+    };
+    let reference = run(info, &[at(0, 1, 0xffffff00)]);
+    assert_eq!(reference.image.pixels, [0x336699; 2]);
+    assert_eq!((reference.blended, reference.stored), (1, 1));
+}
+
+#[test]
+fn many_layers_come_out_in_depth_order() {
+    // 3 * 65536 layers, so that the chain crosses blocks; all but the nearest are invisible (alpha 0).
+    // The nearest is white at alpha 51 over black: 51*255 / 255 = 51.
+    let mut golden = Golden::new(BLACK);
+    for z in 1..=3 * BLOCK as u32 {
+        golden.push(at(1, z, 0xffffff00)).unwrap();
+    }
+    golden.push(at(1, 0, rgba(255, 255, 255, 51))).unwrap();
+    let reference = golden.finish();
+    assert_eq!(reference.image.pixels, [0, 0x333333]);
+    assert_eq!(reference.max_layers, 3 * 65536 + 1);
+    assert_eq!(reference.layer_histogram.len(), 3 * 65536 + 2);
+}
+
+#[test]
+fn a_fragment_outside_is_refused() {
+    let mut golden = Golden::new(BLACK);
+    golden.push(at(0, 1, 0xff)).unwrap();
+    assert_eq!(
+        golden.push(at(2, 1, 0xff)).unwrap_err().to_string(),
+        "fragment 2 at x=2 y=0 z=1 is outside the frame of 2x1 pixels and 24 bits of depth"
+    );
+    assert!(golden.push(at(0, Z_FAR + 1, 0xff)).is_err());
+}
+
+#[test]
+fn more_records_than_indices_are_refused() {
+    let mut golden = Golden::new(BLACK);
+    golden.limit = 2;
+    golden.push(at(0, 1, 0)).unwrap();
+    golden.push(at(0, 1, 0)).unwrap();
+    assert_eq!(
+        golden.push(at(0, 1, 0)).unwrap_err().to_string(),
+        "fragment 3 does not fit: the golden model holds 2 transparent fragments"
+    );
+    golden.push(at(0, 0, 0xff)).unwrap();
+    assert_eq!(golden.finish().fragments, 3);
+}
+
+/// The rules read literally: for each pixel, search the whole frame for the next fragment to blend.
+fn oracle(info: FrameInfo, fragments: &[Fragment]) -> (Vec<u32>, Vec<usize>) {
+    let mut colours = Vec::new();
+    let mut layers = Vec::new();
+    for y in 0..info.height {
+        for x in 0..info.width {
+            let here = |f: &&Fragment| f.x == x && f.y == y;
+            let opaque = fragments.iter().filter(here).filter(|f| f.is_opaque());
+            let (mut depth, mut colour) = (Z_FAR, info.background);
+            for fragment in opaque {
+                if fragment.z < depth {
+                    (depth, colour) = (fragment.z, fragment.rgba >> 8);
+                }
+            }
+            let mut left: Vec<&Fragment> = fragments
+                .iter()
+                .filter(here)
+                .filter(|f| !f.is_opaque() && f.z < depth)
+                .collect();
+            layers.push(left.len());
+            while let Some(z) = left.iter().map(|f| f.z).max() {
+                let first = left.iter().position(|f| f.z == z).unwrap();
+                colour = rounded_over(left.remove(first).rgba, colour);
+            }
+            colours.push(colour);
+        }
+    }
+    (colours, layers)
+}
+
+/// The blend in floating point: a double holds every value exactly, and its error is far below 1/510.
+fn rounded_over(rgba: u32, below: u32) -> u32 {
+    let a = f64::from(rgba & 0xff);
+    [24, 16, 8].iter().fold(0, |colour, shift| {
+        let s = f64::from(rgba >> shift & 0xff);
+        let c = f64::from(below >> (shift - 8) & 0xff);
+        colour << 8 | ((a * s + (255.0 - a) * c) / 255.0).round() as u32
+    })
+}
+
+prop_compose! {
+    fn any_fragment()(
+        x in 0..3_u32,
+        y in 0..2_u32,
+        // Few depths, so that ties and the far plane are common.
+        z in prop_oneof![0..4_u32, Z_FAR - 1..=Z_FAR, 0..=Z_FAR],
+        colour in 0..1_u32 << 24,
+        a in prop_oneof![4 => 0..=254_u32, 1 => Just(0_u32), 1 => Just(255_u32)],
+    ) -> Fragment {
+        Fragment { x, y, z, rgba: colour << 8 | a }
+    }
+}
+
+proptest! {
+    #[test]
+    fn it_agrees_with_the_rules_read_literally(
+        fragments in prop::collection::vec(any_fragment(), 0..80),
+        background in 0..1_u32 << 24,
+    ) {
+        let info = FrameInfo { width: 3, height: 2, background };
+        let reference = run(info, &fragments);
+        let (colours, layers) = oracle(info, &fragments);
+        prop_assert_eq!(&reference.image.pixels, &colours);
+        prop_assert_eq!(reference.blended, layers.iter().sum::<usize>() as u64);
+        prop_assert_eq!(reference.max_layers as usize, *layers.iter().max().unwrap());
+        let covered = layers.iter().filter(|&&n| n > 0).count() as u64;
+        prop_assert_eq!(reference.transparent_pixels, covered);
+        for (n, &pixels) in reference.layer_histogram.iter().enumerate() {
+            prop_assert_eq!(pixels, layers.iter().filter(|&&m| m == n).count() as u64);
+        }
+        prop_assert_eq!(reference.culled + reference.blended, reference.transparent);
+        prop_assert_eq!(reference.opaque + reference.transparent, fragments.len() as u64);
+    }
+
+    #[test]
+    fn what_is_stored_is_what_an_early_test_lets_through(
+        fragments in prop::collection::vec(any_fragment(), 0..80),
+    ) {
+        let reference = run(FrameInfo { width: 3, height: 2, background: 0 }, &fragments);
+        let mut stored = [0_usize; 6];
+        for (i, f) in fragments.iter().enumerate() {
+            let depth = fragments[..i]
+                .iter()
+                .filter(|g| g.is_opaque() && (g.x, g.y) == (f.x, f.y))
+                .map(|g| g.z)
+                .fold(Z_FAR, u32::min);
+            if !f.is_opaque() && f.z < depth {
+                stored[(f.y * 3 + f.x) as usize] += 1;
+            }
+        }
+        prop_assert_eq!(reference.stored, stored.iter().sum::<usize>() as u64);
+        prop_assert_eq!(reference.stored_pixels, stored.iter().filter(|&&n| n > 0).count() as u64);
+        prop_assert_eq!(reference.stored_histogram.len(), stored.iter().max().unwrap() + 1);
+        for (n, &pixels) in reference.stored_histogram.iter().enumerate() {
+            prop_assert_eq!(pixels, stored.iter().filter(|&&m| m == n).count() as u64);
+        }
+    }
+
+    #[test]
+    fn the_order_across_pixels_does_not_matter(
+        fragments in prop::collection::vec(any_fragment(), 0..80),
+    ) {
+        let info = FrameInfo { width: 3, height: 2, background: 0x808080 };
+        let mut by_pixel = fragments.clone();
+        by_pixel.sort_by_key(|f| (f.y, f.x)); // stable: the order within a pixel stays
+        prop_assert_eq!(run(info, &fragments), run(info, &by_pixel));
+    }
+}

@@ -1,0 +1,190 @@
+//! Output files that are either complete or not there.
+//!
+//! A long run that is killed, or that fills the disk, must not leave half an image that looks like a
+//! result. So every output is written under a temporary name in the folder of its target, which is on
+//! the same file system, and renamed when it is complete: a rename within a file system is atomic. A
+//! target that is already there keeps its old content until then.
+//!
+//! A target that exists and is no regular file (`/dev/null`, a pipe) is written directly: there is
+//! nothing to keep whole, and replacing a device by a file would do harm.
+
+use std::error::Error;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{NamedTempFile, TempPath};
+
+/// An output file or folder that could not be made: its final path and the reason.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OutputError {
+    /// A file could not be created, written or renamed.
+    #[error("cannot write `{}`: {reason}", path.display())]
+    Write {
+        /// The final path, not the temporary one.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// A folder could not be made or cannot be used.
+    #[error("cannot use `{}` as output folder: {reason}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+}
+
+impl OutputError {
+    /// The error of writing `path`, whose final name the user knows.
+    pub fn write(path: &Path, error: &io::Error) -> OutputError {
+        OutputError::Write {
+            path: path.to_owned(),
+            reason: reason(error),
+        }
+    }
+
+    fn folder(path: &Path, error: &io::Error) -> OutputError {
+        OutputError::Folder {
+            path: path.to_owned(),
+            reason: reason(error),
+        }
+    }
+}
+
+/// What went wrong as a user reads it: the innermost cause (a temporary file's error wraps the cause in
+/// the temporary name, which means nothing to a user), without the system's error number.
+pub(crate) fn reason(error: &io::Error) -> String {
+    let mut cause: &dyn Error = error;
+    while let Some(inner) = cause.source() {
+        cause = inner;
+    }
+    let text = cause.to_string();
+    match text.find(" (os error ") {
+        Some(end) => text[..end].to_owned(),
+        None => text,
+    }
+}
+
+/// A buffered file that takes its name only when [`AtomicFile::finish`] succeeds.
+///
+/// Dropped unfinished, it leaves nothing behind. [`Write`] hands on the system's bare errors;
+/// [`OutputError::write`] puts the path to them.
+#[derive(Debug)]
+pub struct AtomicFile {
+    path: PathBuf,
+    file: BufWriter<File>,
+    // Declared after `file`, so that the file is closed before its name is removed.
+    rename: Option<Rename>,
+}
+
+#[derive(Debug)]
+struct Rename {
+    from: TempPath,
+    to: PathBuf,
+}
+
+impl AtomicFile {
+    /// Starts the file that will be `path`. A symbolic link is followed: what it points to is replaced.
+    ///
+    /// # Errors
+    /// The folder is missing or not writable, or `path` is a folder.
+    pub fn create(path: &Path) -> Result<AtomicFile, OutputError> {
+        let (file, rename) = open(path).map_err(|error| OutputError::write(path, &error))?;
+        Ok(AtomicFile {
+            path: path.to_owned(),
+            file: BufWriter::with_capacity(1 << 16, file),
+            rename,
+        })
+    }
+
+    /// The final path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes what is buffered and gives the file its name.
+    ///
+    /// # Errors
+    /// The disk is full, or the target cannot be replaced. Nothing is left behind then.
+    pub fn finish(self) -> Result<(), OutputError> {
+        let AtomicFile { path, file, rename } = self;
+        let done = file
+            .into_inner()
+            .map_err(io::IntoInnerError::into_error)
+            .and_then(|file| {
+                drop(file);
+                match rename {
+                    Some(Rename { from, to }) => from.persist(to).map_err(|error| error.error),
+                    None => Ok(()),
+                }
+            });
+        done.map_err(|error| OutputError::write(&path, &error))
+    }
+}
+
+impl Write for AtomicFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.file.write_all(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// Opens what is written to, and says what is renamed at the end.
+fn open(path: &Path) -> io::Result<(File, Option<Rename>)> {
+    let to = match fs::metadata(path) {
+        Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if !found.is_file() => {
+            return Ok((OpenOptions::new().write(true).open(path)?, None));
+        }
+        Ok(_) => fs::canonicalize(path)?,
+        Err(_) => path.to_owned(),
+    };
+    let (file, from) = temporary(&to)?.into_parts();
+    Ok((file, Some(Rename { from, to })))
+}
+
+/// A temporary file beside `target`, hidden, with the permissions of any file that a user creates.
+fn temporary(target: &Path) -> io::Result<NamedTempFile> {
+    let folder = match target.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".pellucid-").suffix(".partial");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The umask applies on top, as it does to every new file.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Makes an output folder and the folders above it, and checks that a file can be made in it.
+///
+/// # Errors
+/// `path` is a file, or the folder cannot be made or written to.
+pub fn create_dir(path: &Path) -> Result<(), OutputError> {
+    if path.exists() && !path.is_dir() {
+        return Err(OutputError::folder(
+            path,
+            &io::Error::other("it is a file, not a folder"),
+        ));
+    }
+    fs::create_dir_all(path)
+        .and_then(|()| tempfile::tempfile_in(path))
+        .map_err(|error| OutputError::folder(path, &error))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

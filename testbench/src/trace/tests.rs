@@ -1,0 +1,259 @@
+use super::*;
+use pellucid_hw::pixel::Z_FAR;
+use proptest::prelude::*;
+use std::fs;
+use tempfile::TempDir;
+
+const INFO: FrameInfo = FrameInfo {
+    width: 640,
+    height: 480,
+    background: 0xff8000,
+};
+
+fn folder() -> TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn write(path: &Path, info: FrameInfo, fragments: &[Fragment]) {
+    let mut writer = TraceWriter::create(path, info).unwrap();
+    for &fragment in fragments {
+        writer.push(fragment).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+fn read(trace: &Trace) -> Result<Vec<Fragment>, TraceError> {
+    let mut fragments = Vec::new();
+    trace.play(&mut |fragment| {
+        fragments.push(fragment);
+        Ok::<_, TraceError>(())
+    })?;
+    Ok(fragments)
+}
+
+/// The message of opening or playing the file, with the folder taken out of it.
+fn message(folder: &TempDir, name: &str) -> String {
+    let error = Trace::open(&folder.path().join(name))
+        .and_then(|trace| read(&trace))
+        .unwrap_err();
+    let prefix = format!("{}/", folder.path().display());
+    error.to_string().replace(&prefix, "")
+}
+
+#[cfg(unix)]
+#[test]
+fn file_messages() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("dir.csv")).unwrap();
+    assert_eq!(
+        message(&folder, "no.csv"),
+        "cannot read `no.csv`: No such file or directory"
+    );
+    assert_eq!(
+        message(&folder, "dir.csv"),
+        "cannot read `dir.csv`: it is a folder, expected a file"
+    );
+    assert_eq!(
+        message(&folder, "t.txt"),
+        "`t.txt` does not name a trace, expected a name that ends in `.csv` or `.ptrace`"
+    );
+    std::os::unix::fs::symlink("/dev/null", folder.path().join("null.csv")).unwrap();
+    assert_eq!(
+        message(&folder, "null.csv"),
+        "cannot read `null.csv`: it is no regular file, and a trace is read more than once"
+    );
+}
+
+#[test]
+fn the_ending_counts_in_any_case_and_play_repeats() {
+    let folder = folder();
+    let fragments = [Fragment {
+        x: 1,
+        y: 2,
+        z: 3,
+        rgba: 4,
+    }; 3];
+    for name in ["t.CSV", "t.PTrace"] {
+        let path = folder.path().join(name);
+        write(&path, INFO, &fragments);
+        let trace = Trace::open(&path).unwrap();
+        assert_eq!(trace.info(), INFO);
+        assert_eq!(read(&trace).unwrap(), fragments);
+        assert_eq!(read(&trace).unwrap(), fragments);
+    }
+}
+
+#[test]
+fn a_changed_header_is_noticed() {
+    let folder = folder();
+    let path = folder.path().join("t.csv");
+    write(&path, INFO, &[]);
+    let trace = Trace::open(&path).unwrap();
+    write(&path, FrameInfo { width: 1, ..INFO }, &[]);
+    assert_eq!(
+        read(&trace).unwrap_err().to_string(),
+        format!(
+            "`{}` was changed while it was in use, expected the header that it had when it was opened",
+            path.display()
+        )
+    );
+}
+
+#[test]
+fn the_sink_can_stop_the_play() {
+    #[derive(Debug)]
+    enum Stop {
+        Here,
+        Trace,
+    }
+    impl From<TraceError> for Stop {
+        fn from(_: TraceError) -> Stop {
+            Stop::Trace
+        }
+    }
+    let folder = folder();
+    let path = folder.path().join("t.ptrace");
+    write(&path, INFO, &[Fragment::default(); 5]);
+    let mut count = 0;
+    let result = Trace::open(&path).unwrap().play(&mut |_| {
+        count += 1;
+        if count == 3 { Err(Stop::Here) } else { Ok(()) }
+    });
+    assert!(matches!(result, Err(Stop::Here)));
+    assert_eq!(count, 3);
+}
+
+#[test]
+fn a_writer_refuses_what_no_reader_takes_and_leaves_nothing() {
+    let folder = folder();
+    let path = folder.path().join("t.ptrace");
+    let mut writer = TraceWriter::create(&path, INFO).unwrap();
+    writer.push(Fragment::default()).unwrap();
+    let outside = Fragment {
+        z: Z_FAR + 1,
+        ..Fragment::default()
+    };
+    assert_eq!(
+        writer.push(outside).unwrap_err().to_string(),
+        format!(
+            "cannot write `{}`: fragment 2: z is 16777216, expected an integer from 0 to 16777215",
+            path.display()
+        )
+    );
+    drop(writer);
+    let error = TraceWriter::create(&path, FrameInfo { height: 0, ..INFO }).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "cannot write `{}`: height is 0, expected an integer from 1 to 8192",
+            path.display()
+        )
+    );
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_named() {
+    let folder = folder();
+    let path = folder.path().join("full.csv");
+    std::os::unix::fs::symlink("/dev/full", &path).unwrap();
+    let writer = TraceWriter::create(&path, INFO).unwrap();
+    assert_eq!(
+        writer.finish().unwrap_err().to_string(),
+        format!("cannot write `{}`: No space left on device", path.display())
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_writer_that_failed_cannot_be_finished() {
+    let folder = folder();
+    let path = folder.path().join("full.ptrace");
+    std::os::unix::fs::symlink("/dev/full", &path).unwrap();
+    let mut writer = TraceWriter::create(&path, INFO).unwrap();
+    // More than any buffer on the way holds.
+    let failed = (0..100_000).any(|_| writer.push(Fragment::default()).is_err());
+    assert!(failed, "a full disk must be noticed while writing");
+    assert_eq!(
+        writer.finish().unwrap_err().to_string(),
+        format!("cannot write `{}`: No space left on device", path.display())
+    );
+}
+
+prop_compose! {
+    fn any_fragment()(x in 0..640_u32, y in 0..480_u32, z in 0..=Z_FAR, rgba: u32) -> Fragment {
+        Fragment { x, y, z, rgba }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn both_forms_give_back_what_was_written(
+        fragments in prop::collection::vec(any_fragment(), 0..200),
+    ) {
+        let folder = folder();
+        let [text, binary, again] = ["a.csv", "b.ptrace", "c.csv"].map(|n| folder.path().join(n));
+        write(&text, INFO, &fragments);
+        for (from, to) in [(&text, &binary), (&binary, &again)] {
+            let trace = Trace::open(from).unwrap();
+            prop_assert_eq!(read(&trace).unwrap(), fragments.clone());
+            let mut writer = TraceWriter::create(to, trace.info()).unwrap();
+            trace.play(&mut |fragment| writer.push(fragment)).unwrap();
+            writer.finish().unwrap();
+        }
+        prop_assert!(fs::read(&text).unwrap() == fs::read(&again).unwrap());
+        let expected = 16 + 11 * (fragments.len() as u64 + 1);
+        prop_assert_eq!(fs::metadata(&binary).unwrap().len(), expected);
+    }
+}
+
+/// Reads the bytes as both forms; only a panic fails.
+fn read_anything(bytes: &[u8]) {
+    let path = Path::new("t");
+    let sink = &mut |fragment: Fragment| {
+        assert!(fragment.x < 8192 && fragment.y < 8192 && fragment.z <= Z_FAR);
+        Ok::<_, TraceError>(())
+    };
+    let _ = csv::Reader::new(path, bytes).and_then(|reader| reader.play(sink));
+    let _ = binary::Reader::new(path, bytes).and_then(|reader| reader.play(sink));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        read_anything(&bytes);
+        let mut text = csv::header(INFO).into_bytes();
+        text.extend_from_slice(&bytes);
+        read_anything(&text);
+        let mut binary = binary::header(INFO).to_vec();
+        binary.extend_from_slice(&bytes);
+        read_anything(&binary);
+    }
+
+    #[test]
+    fn mutated_files_are_read_or_refused(
+        fragments in prop::collection::vec(any_fragment(), 1..20),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let mut text = csv::header(INFO).into_bytes();
+        let mut bytes = binary::header(INFO).to_vec();
+        for &fragment in &fragments {
+            csv::encode(fragment, &mut text);
+            binary::encode(fragment, &mut bytes);
+        }
+        bytes.extend_from_slice(&binary::end(fragments.len() as u64));
+        for mut file in [text, bytes] {
+            for (at, byte) in &changes {
+                let at = at.index(file.len());
+                file[at] = *byte;
+            }
+            read_anything(&file);
+            file.truncate(cut.index(file.len()));
+            read_anything(&file);
+        }
+    }
+}
