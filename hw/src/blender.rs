@@ -11,7 +11,7 @@
 //! fragment came in.
 
 use crate::pixel::{Marked, Screen, blend};
-use pellucid_sim::block::Block;
+use pellucid_sim::Block;
 use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort};
 
 /// See the module's description.
@@ -86,8 +86,7 @@ impl Block for Blender {
     fn moore(_: &Screen, _: &State, _: &()) {}
 
     #[inline(always)]
-    fn next(_: &Screen, q: State, _: (), i: In) -> (State, Out, ()) {
-        let mut d = q;
+    fn next(_: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 
         // Second stage: the colour below is at hand.
@@ -111,6 +110,6 @@ impl Block for Blender {
             }
         }
         let frame_done = q.stage.valid && end;
-        (d, Out { colour_read, colour_write, blended, frame_done }, ())
+        Out { colour_read, colour_write, blended, frame_done }
     }
 }

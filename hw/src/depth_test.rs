@@ -12,7 +12,7 @@
 //! that passes here may still be hidden by a later opaque one: whoever reads it back tests again.
 
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo};
 
 /// See the module's description.
@@ -97,13 +97,12 @@ impl Block for DepthTest {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Screen, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Screen, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Fifo::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
-        let mut d = q;
+    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut depth_read, mut depth_write) = (ReadPort::default(), WritePort::default());
         let mut colour_write = WritePort::default();
 
@@ -126,16 +125,16 @@ impl Block for DepthTest {
         if !stall {
             let Fragment { x, y, z, rgba } = front.payload.item;
             let item = PixelFragment { pixel: y * cfg.width + x, z, rgba };
-            d.stage = Stream { valid: front.valid, payload: Marked { end: front.payload.end, item } };
+            d.stage =
+                Stream { valid: front.valid, payload: Marked { end: front.payload.end, item } };
             if front.valid && !front.payload.end {
                 depth_read.read(item.pixel);
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: !stall };
-        let (queue, (), queue_mem) = Fifo::next(&queue(cfg), q.queue, m.queue, to_queue);
-        d.queue = queue;
+        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
 
-        let out = Out {
+        Out {
             depth_read,
             depth_write,
             colour_write,
@@ -143,7 +142,6 @@ impl Block for DepthTest {
             drawn,
             hidden: fragment && opaque && !nearer,
             culled: fragment && !opaque && !nearer,
-        };
-        (d, out, MemD { queue: queue_mem })
+        }
     }
 }

@@ -12,7 +12,7 @@
 //! it serves the time after reset.
 
 use crate::pixel::{Screen, Z_BITS, Z_FAR};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort};
 
 /// See the module's description.
@@ -29,14 +29,14 @@ pub struct State {
 /// Inputs. In a cycle at most one user asks on each port.
 #[derive(Clone, Copy, Debug)]
 pub struct In {
-    /// Reads a depth of the front bank.
-    pub depth_read: ReadPort,
+    /// Reads a depth of the front bank: two users.
+    pub depth_read: [ReadPort; 2],
     /// Writes a depth of the front bank.
     pub depth_write: WritePort<u32>,
     /// Reads a colour of the front bank.
     pub colour_read: ReadPort,
-    /// Writes a colour, `0xRRGGBB`, of the front bank.
-    pub colour_write: WritePort<u32>,
+    /// Writes a colour, `0xRRGGBB`, of the front bank: two users.
+    pub colour_write: [WritePort<u32>; 2],
     /// Reads a colour of the back bank.
     pub back_read: ReadPort,
     /// Wipes a pixel of the back bank.
@@ -92,45 +92,42 @@ impl Block for FrameBuffer {
     }
 
     #[inline(always)]
-    fn moore(_: &Screen, q: &State, m: &Q<Self>) -> Moore {
-        if q.front_is_b {
-            Moore { depth: m.depth_b, colour: m.colour_b, back_colour: m.colour_a }
+    fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
+        let (depth, colour, back_colour) = if q.front_is_b {
+            (&m.depth_b, &m.colour_b, &m.colour_a)
         } else {
-            Moore { depth: m.depth_a, colour: m.colour_a, back_colour: m.colour_b }
-        }
+            (&m.depth_a, &m.colour_a, &m.colour_b)
+        };
+        Moore { depth: depth.q(), colour: colour.q(), back_colour: back_colour.q() }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: State, _: Q<Self>, i: In) -> (State, (), D<Self>) {
-        let mut front_depth = (i.depth_read, i.depth_write);
-        let mut front_colour = (i.colour_read, i.colour_write);
-        let mut back_depth = (ReadPort::default(), WritePort::default());
-        let mut back_colour = (i.back_read, WritePort::default());
+    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
+        let Mem { depth_a, depth_b, colour_a, colour_b } = m;
+        let (front_depth, back_depth, front_colour, back_colour) = if q.front_is_b {
+            (depth_b, depth_a, colour_b, colour_a)
+        } else {
+            (depth_a, depth_b, colour_a, colour_b)
+        };
+        for user in i.depth_read {
+            front_depth.read_port().pass(user);
+        }
+        front_depth.write_port().pass(i.depth_write);
+        front_colour.read_port().pass(i.colour_read);
+        for user in i.colour_write {
+            front_colour.write_port().pass(user);
+        }
+        back_colour.read_port().pass(i.back_read);
         if i.wipe.valid {
-            back_depth.1.write(i.wipe.payload, Z_FAR);
-            back_colour.1.write(i.wipe.payload, cfg.background);
+            back_depth.write(i.wipe.payload, Z_FAR);
+            back_colour.write(i.wipe.payload, cfg.background);
         }
         if i.clear.valid {
-            front_depth.1.write(i.clear.payload, Z_FAR);
-            front_colour.1.write(i.clear.payload, cfg.background);
-            back_depth.1.write(i.clear.payload, Z_FAR);
-            back_colour.1.write(i.clear.payload, cfg.background);
+            front_depth.write(i.clear.payload, Z_FAR);
+            front_colour.write(i.clear.payload, cfg.background);
+            back_depth.write(i.clear.payload, Z_FAR);
+            back_colour.write(i.clear.payload, cfg.background);
         }
-        let ports = if q.front_is_b {
-            MemD {
-                depth_a: back_depth,
-                depth_b: front_depth,
-                colour_a: back_colour,
-                colour_b: front_colour,
-            }
-        } else {
-            MemD {
-                depth_a: front_depth,
-                depth_b: back_depth,
-                colour_a: front_colour,
-                colour_b: back_colour,
-            }
-        };
-        (State { front_is_b: q.front_is_b ^ i.swap }, (), ports)
+        d.front_is_b = q.front_is_b ^ i.swap;
     }
 }

@@ -55,11 +55,11 @@ pub trait Machine: Block<In = Frame, Out: Signals> {
 pub trait Monitor<M: Machine + ?Sized>: Sized {
     /// A monitor that has seen nothing.
     fn new(cfg: &M::Config) -> Self;
-    /// One cycle.
+    /// One cycle: the registers at its start and the wires during it.
     ///
     /// # Errors
     /// A stream broke its rules: a bug in a block.
-    fn observe(&mut self, cfg: &M::Config, out: &M::Out) -> Result<(), Violation>;
+    fn observe(&mut self, cfg: &M::Config, q: &M::State, out: &M::Out) -> Result<(), Violation>;
     /// A number that grows whenever something moves between blocks.
     fn transfers(&self) -> u64;
     /// Who waits for whom in the last cycle.

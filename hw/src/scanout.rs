@@ -11,7 +11,7 @@
 //! stalls with its receiver and loses nothing.
 
 use crate::pixel::Screen;
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, fifo};
 
 /// See the module's description.
@@ -106,14 +106,13 @@ impl Block for Scanout {
     }
 
     #[inline(always)]
-    fn moore(_: &Screen, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
         let image = Fifo::<u32>::moore(&queue(), &q.queue, &m.queue).front;
         Moore { image, busy: q.fsm != Fsm::Idle }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
-        let mut d = q;
+    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut read = ReadPort::default();
         d.asked.valid = false;
         match q.fsm {
@@ -143,8 +142,7 @@ impl Block for Scanout {
         }
         let push = Stream { valid: q.asked.valid, payload: i.colour.data };
         let to_queue = fifo::In { push, pop: i.image_ready };
-        let (queue, (), queue_mem) = Fifo::next(&queue(), q.queue, m.queue, to_queue);
-        d.queue = queue;
-        (d, Out { read, wipe: q.asked }, MemD { queue: queue_mem })
+        Fifo::next(&queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        Out { read, wipe: q.asked }
     }
 }

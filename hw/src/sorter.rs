@@ -19,7 +19,7 @@
 
 use crate::blender::Sorted;
 use crate::pixel::{Marked, Screen, Z_BITS};
-use pellucid_sim::block::Block;
+use pellucid_sim::Block;
 use pellucid_sim::{Signals, Stream, bits_for};
 
 /// See the module's description.
@@ -163,9 +163,8 @@ impl Block for Sorter {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, (): (), i: In) -> (State, (), ()) {
-        let mut d = q;
-        let Moore { ready, sorted } = Self::moore(cfg, &q, &());
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
+        let Moore { ready, sorted } = Self::moore(cfg, q, &());
         let pop = i.sorted_ready && q.closed > 0;
         if i.sorted_ready && sorted.valid && sorted.payload.end {
             d.end = false;
@@ -180,32 +179,51 @@ impl Block for Sorter {
         }
 
         // The entries move one place towards the exit when one leaves.
-        let down = usize::from(pop);
-        let count = q.count - u32::from(pop);
-        let closed = q.closed - u32::from(pop);
-        // The new one goes behind all that are closed and all that are as far or farther.
-        let mut at = 0;
-        for k in 0..cfg.depth as usize {
-            let before = k < count as usize
-                && (k < closed as usize || q.z[(k + down) % MAX_DEPTH] >= item.z);
-            at += u32::from(before);
+        let mut count = q.count;
+        let mut closed = q.closed;
+        if pop {
+            for k in 1..cfg.depth as usize {
+                d.z[k - 1] = q.z[k];
+                d.position[k - 1] = q.position[k];
+                d.rgba[k - 1] = q.rgba[k];
+                d.pixel[k - 1] = q.pixel[k];
+                d.last[k - 1] = q.last[k];
+            }
+            count -= 1;
+            closed -= 1;
         }
-        if pop || insert {
+        // The new one goes behind all that are closed and all that are as far or farther; the others
+        // make room, and the last falls off if all registers are in use.
+        if insert {
+            let e = *d;
+            let mut at = 0;
+            for k in 0..cfg.depth {
+                let before = k < closed || (k < count && e.z[k as usize] >= item.z);
+                at += u32::from(before);
+            }
             for k in 0..cfg.depth as usize {
-                // From q[k + down], or from one place nearer to the exit behind the new one.
-                let from = (k + down) % MAX_DEPTH;
-                let shifted = (k + down + MAX_DEPTH - 1) % MAX_DEPTH;
-                let fresh = insert && k == at as usize;
-                let source = if insert && k > at as usize { shifted } else { from };
-                d.z[k] = if fresh { item.z } else { q.z[source] };
-                d.position[k] = if fresh { item.position } else { q.position[source] };
-                d.rgba[k] = if fresh { item.rgba } else { q.rgba[source] };
-                d.pixel[k] = if fresh { item.pixel } else { q.pixel[source] };
-                d.last[k] = if fresh { false } else { q.last[source] };
+                let behind = k > at as usize;
+                let from = if behind { k - 1 } else { k };
+                d.z[k] = e.z[from];
+                d.position[k] = e.position[from];
+                d.rgba[k] = e.rgba[from];
+                d.pixel[k] = e.pixel[from];
+                d.last[k] = e.last[from];
+            }
+            if at < cfg.depth {
+                let at = at as usize;
+                d.z[at] = item.z;
+                d.position[at] = item.position;
+                d.rgba[at] = item.rgba;
+                d.pixel[at] = item.pixel;
+                d.last[at] = false;
+            }
+            if count < cfg.depth {
+                count += 1;
             }
         }
+        d.count = count;
         d.closed = closed;
-        d.count = if insert && count < cfg.depth { count + 1 } else { count };
 
         // The end of a pass closes what is in.
         if take && !end && item.last {
@@ -222,6 +240,5 @@ impl Block for Sorter {
             }
             d.closed = d.count;
         }
-        (d, (), ())
     }
 }

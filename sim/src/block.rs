@@ -6,9 +6,9 @@ use crate::signals::Signals;
 /// A piece of clocked hardware.
 ///
 /// Everything that a block remembers is in its [`Block::State`] (registers) and its
-/// [`Block::Mem`] (memories). Both functions are pure: the same arguments give the same results.
-/// Their bodies keep to what hardware is: `let`, `if`, `match`, integer operators, assignment,
-/// calls of other such functions, loops whose bounds come from the configuration.
+/// [`Block::Mem`] (memories). What its functions give depends on their arguments alone. Their bodies
+/// keep to what hardware is: `let`, `if`, `match`, integer operators, assignment, calls of other such
+/// functions, loops whose bounds come from the configuration.
 ///
 /// A parent holds its children's states and memories in its own, and calls their functions:
 /// first [`Block::moore`] of every child, then [`Block::next`] from upstream to downstream. Rust's
@@ -32,26 +32,25 @@ pub trait Block {
     /// The memories at power-up.
     fn memories(cfg: &Self::Config) -> Self::Mem;
     /// What can be seen of the block before its inputs are known.
-    fn moore(cfg: &Self::Config, q: &Self::State, m: &Q<Self>) -> Self::Moore;
-    /// From the registers `q`, the read data `m` and the inputs `i` of a cycle: the registers `d`
-    /// after the edge, the outputs of this cycle, and what each memory is asked to do.
+    fn moore(cfg: &Self::Config, q: &Self::State, m: &Self::Mem) -> Self::Moore;
+    /// One cycle with the inputs `i`: gives the outputs, asks the memories `m` for what the block
+    /// needs of them, and sets the registers. `q` holds them as they are before the edge, `d` as they
+    /// are after it: `d` comes in equal to `q`, so that a register keeps what it is not assigned.
     fn next(
         cfg: &Self::Config,
-        q: Self::State,
-        m: Q<Self>,
+        q: &Self::State,
+        d: &mut Self::State,
+        m: &mut Self::Mem,
         i: Self::In,
-    ) -> (Self::State, Self::Out, D<Self>);
+    ) -> Self::Out;
 }
-
-/// The read data of a block's memories.
-pub type Q<B> = <<B as Block>::Mem as Memory>::Q;
-/// The port requests to a block's memories.
-pub type D<B> = <<B as Block>::Mem as Memory>::D;
 
 /// A block under the clock.
 pub struct Sim<B: Block> {
     cfg: B::Config,
     q: B::State,
+    /// Equal to `q` between cycles.
+    d: B::State,
     mem: B::Mem,
     cycle: u64,
 }
@@ -63,7 +62,7 @@ where
     /// The block at power-up, in reset.
     pub fn new(cfg: B::Config) -> Sim<B> {
         let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
-        Sim { cfg, q, mem, cycle: 0 }
+        Sim { cfg, q, d: q, mem, cycle: 0 }
     }
 
     /// One clock cycle with the inputs `i`; gives the outputs of that cycle.
@@ -73,17 +72,17 @@ where
     /// builds) a register wider than declared or a word read before it was written.
     #[inline(always)]
     pub fn clock(&mut self, i: B::In) -> Result<B::Out, Fault> {
-        let (d, out, ports) = B::next(&self.cfg, self.q, self.mem.q(), i);
-        if self.mem.clock(ports) {
+        let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
+        if self.mem.clock() {
             return Err(self.fault());
         }
         if cfg!(debug_assertions)
-            && let Err(overflow) = d.check(&self.cfg)
+            && let Err(overflow) = self.d.check(&self.cfg)
         {
             let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
             return Err(Fault { path, cycle: self.cycle, kind });
         }
-        self.q = d;
+        self.q = self.d;
         self.cycle += 1;
         Ok(out)
     }
@@ -103,6 +102,7 @@ where
     /// Reset: the registers go back, the memories keep what they hold.
     pub fn reset(&mut self) {
         self.q = B::reset(&self.cfg);
+        self.d = self.q;
     }
 
     /// The configuration.
@@ -117,7 +117,7 @@ where
 
     /// What can be seen before the inputs of the coming cycle are known.
     pub fn moore(&self) -> B::Moore {
-        B::moore(&self.cfg, &self.q, &self.mem.q())
+        B::moore(&self.cfg, &self.q, &self.mem)
     }
 
     /// Edges since power-up.
@@ -134,7 +134,7 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Memory, Ram1R1W, ReadDuringWrite, ReadPort, Signals, WritePort};
+    use crate::{Memory, Ram1R1W, ReadDuringWrite, Signals};
 
     #[derive(Clone, Copy, Signals)]
     #[signals(())]
@@ -161,14 +161,13 @@ mod tests {
         fn memories(_: &()) -> Mem {
             Mem { table: Ram1R1W::new(4, 32, 1, ReadDuringWrite::New) }
         }
-        fn moore(_: &(), _: &State, _: &MemQ) {}
-        fn next(_: &(), q: State, _: MemQ, twice: bool) -> (State, (), MemD) {
-            let mut write = WritePort::default();
-            write.write(0, q.count);
+        fn moore(_: &(), _: &State, _: &Mem) {}
+        fn next(_: &(), q: &State, d: &mut State, m: &mut Mem, twice: bool) {
+            m.table.write(0, q.count);
             if twice {
-                write.write(1, q.count);
+                m.table.write(1, q.count);
             }
-            (State { count: q.count + 1 }, (), MemD { table: (ReadPort::default(), write) })
+            d.count = q.count + 1;
         }
     }
 

@@ -10,10 +10,7 @@
 //! in and 1 out a cycle for any depth of at least 2. `ready` is low while it is full, even if
 //! something leaves in the same cycle (rule 4). Order is kept; nothing is lost or doubled.
 
-use crate::{
-    Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, bits_for,
-    width_of,
-};
+use crate::{Block, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, width_of};
 use std::marker::PhantomData;
 
 /// The queue; `T` is what it holds.
@@ -86,41 +83,36 @@ where
     }
 
     #[inline(always)]
-    fn moore(cfg: &Self::Config, q: &State, m: &Read<T>) -> Moore<T> {
-        Moore { ready: q.count < cfg.depth, front: Stream { valid: q.count > 0, payload: m.data } }
+    fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
+        Moore {
+            ready: q.count < cfg.depth,
+            front: Stream { valid: q.count > 0, payload: m.q().data },
+        }
     }
 
     #[inline(always)]
-    fn next(
-        cfg: &Self::Config,
-        q: State,
-        _: Read<T>,
-        i: In<T>,
-    ) -> (State, (), <Self::Mem as Memory>::D) {
-        let mut d = q;
-        let (mut read, mut write) = (ReadPort::default(), WritePort::default());
+    fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<T>) {
         let push = i.push.valid && q.count < cfg.depth;
         let pop = i.pop && q.count > 0;
         if push {
-            write.write(q.tail, i.push.payload);
+            m.write(q.tail, i.push.payload);
             d.tail = after(cfg.depth, q.tail);
-            d.count += 1;
         }
         if pop {
             d.head = after(cfg.depth, q.head);
-            d.count -= 1;
         }
+        d.count = q.count + u32::from(push) - u32::from(pop);
         // The memory holds the front in its read register: it is read when the front changes.
         if d.count > 0 && (pop || q.count == 0) {
-            read.read(d.head);
+            m.read(d.head);
         }
-        (d, (), (read, write))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Memory;
     use proptest::prelude::*;
     use std::collections::VecDeque;
 
@@ -137,10 +129,11 @@ mod tests {
             Clocked { q: Fifo::<u32>::reset(&cfg), mem: Fifo::<u32>::memories(&cfg), cfg }
         }
         fn step(&mut self, push: Option<u32>, pop: bool) -> Moore<u32> {
-            let seen = Fifo::<u32>::moore(&self.cfg, &self.q, &self.mem.q());
+            let seen = Fifo::<u32>::moore(&self.cfg, &self.q, &self.mem);
             let push = push.map_or(Stream::idle(), Stream::offer);
-            let (d, (), ports) = Fifo::next(&self.cfg, self.q, self.mem.q(), In { push, pop });
-            assert!(!self.mem.clock(ports));
+            let mut d = self.q;
+            Fifo::next(&self.cfg, &self.q, &mut d, &mut self.mem, In { push, pop });
+            assert!(!self.mem.clock());
             d.check(&self.cfg.depth).unwrap();
             self.q = d;
             seen

@@ -1,6 +1,6 @@
 //! The clock: everything that a cycle-accurate model needs and no pixel.
 //!
-//! A [`Block`] is a configuration, a `Copy` struct of registers, ports, memories and two pure
+//! A [`Block`] is a configuration, a `Copy` struct of registers, ports, memories and two
 //! functions. [`Sim`] steps one on the clock edge. Blocks talk through [`Stream`]s, keep bulk data
 //! in [`Ram1R1W`] and [`Ram1RW`] memories, and declare their registers and wires once, with
 //! [`Signals`], for every waveform format and for the width check.
@@ -10,7 +10,7 @@
 //! | [`mod@block`] | the contract of a block, and the driver that clocks one |
 //! | [`mod@signals`] | names, widths and kinds of registers and wires |
 //! | [`mod@stream`] | valid/ready streams, their four rules and the monitor that holds them |
-//! | [`mod@memory`] | what a memory is to the clock: read data out, ports in |
+//! | [`mod@memory`] | what a memory is to the clock |
 //! | [`mod@ram`] | memories with one read and one write port, or with one port for both |
 //! | [`mod@fifo`] | a queue in a memory |
 //! | [`mod@figures`] | counters with unit and sentence |
@@ -40,13 +40,12 @@
 //!     fn reset(_: &Config) -> State { State { count: 0 } }
 //!     fn memories(_: &Config) {}
 //!     fn moore(_: &Config, _: &State, _: &()) {}
-//!     fn next(cfg: &Config, q: State, _: (), i: In) -> (State, Out, ()) {
-//!         let mut d = q;
+//!     fn next(cfg: &Config, q: &State, d: &mut State, _: &mut (), i: In) -> Out {
 //!         let full = q.count == cfg.limit;
 //!         if i.up && !full {
 //!             d.count = q.count + 1;
 //!         }
-//!         (d, Out { full }, ())
+//!         Out { full }
 //!     }
 //! }
 //!

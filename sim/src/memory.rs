@@ -1,33 +1,23 @@
-//! What a memory is to the clock: it shows read data (registers) and takes requests on its ports.
+//! What a memory is to the clock: requests are gathered on its ports, and carried out on the edge.
 //!
-//! A block sees its memories only as a bundle `Q` of read data, known when the cycle begins, and a
-//! bundle `D` of port requests that it hands back. `#[derive(Memory)]` makes both for a struct of
-//! memories, so that a parent nests its children's.
+//! During a cycle a block sees the read data of its memories, which are registers, and asks their
+//! ports for accesses; [`Memory::clock`] carries them out. `#[derive(Memory)]` makes a struct of
+//! memories one memory, so that a parent nests its children's.
 
 use std::fmt;
 
 /// A memory, or a struct of them.
 pub trait Memory {
-    /// Read data: what each memory shows during the cycle.
-    type Q: Copy;
-    /// Port requests: what each memory is asked to do on the edge that ends the cycle.
-    type D: Copy;
-    /// What is shown now.
-    fn q(&self) -> Self::Q;
     /// The clock edge. True if a port was misused: the fault stays with the memory until
     /// [`Storage::take_fault`].
-    fn clock(&mut self, d: Self::D) -> bool;
+    fn clock(&mut self) -> bool;
     /// Calls `to` for each memory with its path below `path`.
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage));
 }
 
 impl Memory for () {
-    type Q = ();
-    type D = ();
     #[inline(always)]
-    fn q(&self) {}
-    #[inline(always)]
-    fn clock(&mut self, (): ()) -> bool {
+    fn clock(&mut self) -> bool {
         false
     }
     fn visit(&mut self, _: &str, _: &mut dyn FnMut(&str, &mut dyn Storage)) {}

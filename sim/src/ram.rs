@@ -54,11 +54,13 @@ impl ReadPort {
         self.en = true;
         self.addr = addr;
     }
-    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    /// Passes on what a user of the port asks for, if anything.
     #[inline(always)]
-    pub fn or(self, other: ReadPort) -> ReadPort {
-        let twice = self.twice || other.twice || (self.en && other.en);
-        ReadPort { twice, ..if other.en { other } else { self } }
+    pub fn pass(&mut self, user: ReadPort) {
+        if user.en {
+            self.twice |= user.twice;
+            self.read(user.addr);
+        }
     }
 }
 
@@ -80,11 +82,13 @@ impl<T: Copy> WritePort<T> {
         self.addr = addr;
         self.data = data;
     }
-    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    /// Passes on what a user of the port asks for, if anything.
     #[inline(always)]
-    pub fn or(self, other: WritePort<T>) -> WritePort<T> {
-        let twice = self.twice || other.twice || (self.en && other.en);
-        WritePort { twice, ..if other.en { other } else { self } }
+    pub fn pass(&mut self, user: WritePort<T>) {
+        if user.en {
+            self.twice |= user.twice;
+            self.write(user.addr, user.data);
+        }
     }
 }
 
@@ -113,15 +117,17 @@ impl<T: Copy> Port<T> {
         self.write = true;
         self.data = data;
     }
-    /// The requests of two users of one port, of which one at most may ask in a cycle.
+    /// Passes on what a user of the port asks for, if anything.
     #[inline(always)]
-    pub fn or(self, other: Port<T>) -> Port<T> {
-        let twice = self.twice || other.twice || (self.en && other.en);
-        Port { twice, ..if other.en { other } else { self } }
-    }
-    /// Whether the port is asked for anything.
-    pub fn is_used(self) -> bool {
-        self.en
+    pub fn pass(&mut self, user: Port<T>) {
+        if user.en {
+            self.twice |= user.twice;
+            if user.write {
+                self.write(user.addr, user.data);
+            } else {
+                self.read(user.addr);
+            }
+        }
     }
 }
 
@@ -219,27 +225,47 @@ impl<T: Copy + Default> Words<T> {
 pub struct Ram1R1W<T> {
     core: Words<T>,
     policy: ReadDuringWrite,
+    read: ReadPort,
+    write: WritePort<T>,
 }
 
 impl<T: Copy + Default> Ram1R1W<T> {
     /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
     pub fn new(words: u32, bits: u32, latency: u32, policy: ReadDuringWrite) -> Ram1R1W<T> {
-        Ram1R1W { core: Words::new(words, bits, latency), policy }
+        let (read, write) = (ReadPort::default(), WritePort::default());
+        Ram1R1W { core: Words::new(words, bits, latency), policy, read, write }
+    }
+    /// What it shows in this cycle.
+    #[inline(always)]
+    pub fn q(&self) -> Read<T> {
+        self.core.q
+    }
+    /// Its read port.
+    #[inline(always)]
+    pub fn read_port(&mut self) -> &mut ReadPort {
+        &mut self.read
+    }
+    /// Its write port.
+    #[inline(always)]
+    pub fn write_port(&mut self) -> &mut WritePort<T> {
+        &mut self.write
+    }
+    /// Asks for the word at `addr`.
+    #[inline(always)]
+    pub fn read(&mut self, addr: u32) {
+        self.read.read(addr);
+    }
+    /// Asks for `data` to be put at `addr`.
+    #[inline(always)]
+    pub fn write(&mut self, addr: u32, data: T) {
+        self.write.write(addr, data);
     }
 }
 
 impl<T: Copy + Default> Memory for Ram1R1W<T> {
-    type Q = Read<T>;
-    type D = (ReadPort, WritePort<T>);
-
     #[inline(always)]
-    fn q(&self) -> Read<T> {
-        self.core.q
-    }
-
-    #[inline(always)]
-    fn clock(&mut self, (read, write): Self::D) -> bool {
-        let core = &mut self.core;
+    fn clock(&mut self) -> bool {
+        let Ram1R1W { core, policy, read, write } = self;
         if read.twice {
             core.fail(FaultKind::PortUsedTwice("read"));
         }
@@ -247,10 +273,10 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
             core.fail(FaultKind::PortUsedTwice("write"));
         }
         let meet = read.en && write.en && read.addr == write.addr;
-        if meet && self.policy == ReadDuringWrite::Forbidden {
+        if meet && *policy == ReadDuringWrite::Forbidden {
             core.fail(FaultKind::ReadDuringWrite(read.addr));
         }
-        let new = meet && self.policy == ReadDuringWrite::New;
+        let new = meet && *policy == ReadDuringWrite::New;
         if write.en && new {
             core.store(write.addr, write.data);
         }
@@ -259,6 +285,7 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
             core.store(write.addr, write.data);
         }
         core.advance(data);
+        (read.en, read.twice, write.en, write.twice) = (false, false, false, false);
         core.fault.is_some()
     }
 
@@ -270,36 +297,49 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
 /// A memory with one port that reads or writes.
 pub struct Ram1RW<T> {
     core: Words<T>,
+    port: Port<T>,
 }
 
 impl<T: Copy + Default> Ram1RW<T> {
     /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
     pub fn new(words: u32, bits: u32, latency: u32) -> Ram1RW<T> {
-        Ram1RW { core: Words::new(words, bits, latency) }
+        Ram1RW { core: Words::new(words, bits, latency), port: Port::default() }
+    }
+    /// What it shows in this cycle.
+    #[inline(always)]
+    pub fn q(&self) -> Read<T> {
+        self.core.q
+    }
+    /// Its port.
+    #[inline(always)]
+    pub fn port(&mut self) -> &mut Port<T> {
+        &mut self.port
+    }
+    /// Asks for the word at `addr`.
+    #[inline(always)]
+    pub fn read(&mut self, addr: u32) {
+        self.port.read(addr);
+    }
+    /// Asks for `data` to be put at `addr`.
+    #[inline(always)]
+    pub fn write(&mut self, addr: u32, data: T) {
+        self.port.write(addr, data);
     }
 }
 
 impl<T: Copy + Default> Memory for Ram1RW<T> {
-    type Q = Read<T>;
-    type D = Port<T>;
-
     #[inline(always)]
-    fn q(&self) -> Read<T> {
-        self.core.q
-    }
-
-    #[inline(always)]
-    fn clock(&mut self, port: Port<T>) -> bool {
-        let core = &mut self.core;
+    fn clock(&mut self) -> bool {
+        let Ram1RW { core, port } = self;
         if port.twice {
             core.fail(FaultKind::PortUsedTwice("only"));
         }
-        let read = port.en && !port.write;
         if port.en && port.write {
             core.store(port.addr, port.data);
         }
-        let data = if read { Some(core.load(port.addr)) } else { None };
+        let data = if port.en && !port.write { Some(core.load(port.addr)) } else { None };
         core.advance(data);
+        (port.en, port.twice, port.write) = (false, false, false);
         core.fault.is_some()
     }
 
@@ -326,31 +366,29 @@ storage!(Ram1R1W, Ram1RW);
 mod tests {
     use super::*;
 
-    fn read(addr: u32) -> ReadPort {
-        let mut port = ReadPort::default();
-        port.read(addr);
-        port
+    /// One cycle of a two-port memory: a read and a write, each if given.
+    fn step(ram: &mut Ram1R1W<u32>, read: Option<u32>, write: Option<(u32, u32)>) -> bool {
+        if let Some(addr) = read {
+            ram.read(addr);
+        }
+        if let Some((addr, data)) = write {
+            ram.write(addr, data);
+        }
+        ram.clock()
     }
-    fn write(addr: u32, data: u32) -> WritePort<u32> {
-        let mut port = WritePort::default();
-        port.write(addr, data);
-        port
-    }
-    const NO_READ: ReadPort = ReadPort { en: false, twice: false, addr: 0 };
-    const NO_WRITE: WritePort<u32> = WritePort { en: false, twice: false, addr: 0, data: 0 };
 
     #[test]
     fn data_arrives_after_exactly_the_latency() {
         for latency in 1..=5 {
             let mut ram = Ram1R1W::<u32>::new(8, 32, latency, ReadDuringWrite::Old);
-            ram.clock((NO_READ, write(3, 77)));
-            ram.clock((read(3), NO_WRITE));
+            step(&mut ram, None, Some((3, 77)));
+            step(&mut ram, Some(3), None);
             for cycle in 1..=8 {
                 assert_eq!(ram.q().valid, cycle == latency, "latency {latency}, cycle {cycle}");
                 if cycle == latency {
                     assert_eq!(ram.q().data, 77);
                 }
-                ram.clock((NO_READ, NO_WRITE));
+                step(&mut ram, None, None);
             }
         }
     }
@@ -359,17 +397,15 @@ mod tests {
     fn reads_are_pipelined() {
         let mut ram = Ram1RW::<u32>::new(8, 32, 3);
         for addr in 0..8 {
-            let mut port = Port::default();
-            port.write(addr, addr * 10);
-            ram.clock(port);
+            ram.write(addr, addr * 10);
+            ram.clock();
         }
         let mut seen = vec![];
         for cycle in 0..12 {
-            let mut port = Port::default();
             if cycle < 8 {
-                port.read(cycle);
+                ram.read(cycle);
             }
-            ram.clock(port);
+            ram.clock();
             if ram.q().valid {
                 seen.push((cycle, ram.q().data));
             }
@@ -383,44 +419,48 @@ mod tests {
     fn read_during_write_is_as_declared() {
         for (policy, expected) in [(ReadDuringWrite::Old, 1), (ReadDuringWrite::New, 2)] {
             let mut ram = Ram1R1W::<u32>::new(4, 32, 1, policy);
-            ram.clock((NO_READ, write(0, 1)));
-            assert!(!ram.clock((read(0), write(0, 2))));
+            step(&mut ram, None, Some((0, 1)));
+            assert!(!step(&mut ram, Some(0), Some((0, 2))));
             assert_eq!(ram.q().data, expected, "{policy:?}");
-            ram.clock((read(0), NO_WRITE));
+            step(&mut ram, Some(0), None);
             assert_eq!(ram.q().data, 2);
         }
         let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::Forbidden);
-        ram.clock((NO_READ, write(0, 1)));
-        assert!(ram.clock((read(0), write(0, 2))));
+        step(&mut ram, None, Some((0, 1)));
+        assert!(step(&mut ram, Some(0), Some((0, 2))));
         assert_eq!(ram.take_fault(), Some(FaultKind::ReadDuringWrite(0)));
     }
 
     #[test]
     fn data_stays_while_the_reader_stalls() {
         let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
-        ram.clock((NO_READ, write(1, 5)));
-        ram.clock((read(1), NO_WRITE));
-        ram.clock((NO_READ, write(1, 6)));
+        step(&mut ram, None, Some((1, 5)));
+        step(&mut ram, Some(1), None);
+        step(&mut ram, None, Some((1, 6)));
         assert_eq!(ram.q(), Read { valid: false, data: 5 });
     }
 
     #[test]
     fn misuse_is_reported() {
         let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
-        let mut twice = read(1);
-        twice.read(1);
-        assert!(ram.clock((twice, write(1, 0))));
+        ram.write(1, 0);
+        ram.read(1);
+        assert!(step(&mut ram, Some(1), None));
         assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("read")));
-        assert!(ram.clock((NO_READ, write(1, 0).or(write(2, 0)))));
+        let mut user = WritePort::default();
+        user.write(2, 0);
+        ram.write_port().pass(user);
+        assert!(step(&mut ram, None, Some((1, 0))));
         assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("write")));
-        assert!(ram.clock((NO_READ, write(4, 0))));
+        assert!(step(&mut ram, None, Some((4, 0))));
         assert_eq!(ram.take_fault(), Some(FaultKind::Address { addr: 4, words: 4 }));
-        let mut port = Port::<u32>::default();
-        port.read(0);
+        assert!(!step(&mut ram, None, None));
         let mut single = Ram1RW::<u32>::new(4, 32, 1);
-        let mut other = Port::default();
-        other.write(1, 1);
-        assert!(single.clock(port.or(other)));
+        single.write(0, 0);
+        let mut user = Port::default();
+        user.read(0);
+        single.port().pass(user);
+        assert!(single.clock());
         assert_eq!(single.take_fault(), Some(FaultKind::PortUsedTwice("only")));
     }
 
@@ -428,7 +468,7 @@ mod tests {
     #[cfg(debug_assertions)]
     fn reading_an_unwritten_word_is_reported() {
         let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
-        assert!(ram.clock((read(2), NO_WRITE)));
+        assert!(step(&mut ram, Some(2), None));
         assert_eq!(ram.take_fault(), Some(FaultKind::Unwritten(2)));
     }
 }

@@ -11,7 +11,7 @@
 //! builds, holds a stream to rule 2; rule 3 is held by [`valid_ignores_ready`] in the tests of
 //! each block that sends, rule 4 by the type of [`crate::Block::moore`], which sees no input.
 
-use crate::block::{Block, Q};
+use crate::block::Block;
 use crate::signals::{Declare, Kind, Overflow, Signals};
 use std::fmt;
 
@@ -177,14 +177,15 @@ impl<T: Copy + Default + PartialEq + fmt::Debug> StreamMonitor<T> {
 
 /// Rule 3 for one cycle of a sender: its offer is the same whether the receiver is ready or not.
 /// `with_ready` makes the block's inputs for a given `ready`, `sent` finds the offer in its outputs.
+/// The memories are only asked, never clocked.
 pub fn valid_ignores_ready<B: Block, T: PartialEq>(
     cfg: &B::Config,
-    q: B::State,
-    m: Q<B>,
+    q: &B::State,
+    memories: impl Fn() -> B::Mem,
     with_ready: impl Fn(bool) -> B::In,
     sent: impl Fn(&B::Out) -> Stream<T>,
 ) -> bool {
-    let offer = |ready| sent(&B::next(cfg, q, m, with_ready(ready)).1);
+    let offer = |ready| sent(&B::next(cfg, q, &mut q.clone(), &mut memories(), with_ready(ready)));
     offer(false) == offer(true)
 }
 

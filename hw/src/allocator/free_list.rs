@@ -1,17 +1,17 @@
-//! The free list as a queue: every free section's number waits in a memory, oldest release first.
+//! The free list as a queue: the numbers of sections that came back wait in a memory, oldest first.
 //!
 //! ```text
 //!             +----------+
 //!   take ---->|          |---> grant
-//!             | FreeList |---> exhausted
-//!  release -->|          |---> ready
+//!  release -->| FreeList |---> exhausted
 //!             +----------+
 //! ```
 //! One grant and one release a cycle. A released section is granted again after every section that
-//! was free before it. After reset it takes one cycle per section to fill the queue.
+//! was free before it. A counter grants the sections that were never used, so that nothing need be
+//! put into the queue after reset.
 
 use super::{Allocator, Config, In, Moore};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo};
 
 /// See the module's description.
@@ -20,24 +20,13 @@ pub struct FreeList;
 
 impl Allocator for FreeList {}
 
-/// What the free list is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Signals)]
-pub enum Fsm {
-    /// Putting every section's number into the queue.
-    Fill,
-    /// Granting.
-    Ready,
-}
-
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
-    /// What it is at.
-    pub fsm: Fsm,
-    /// The next number to put into the queue.
+    /// The lowest section that was never granted; the number of sections once all were.
     #[width(bits_for(u64::from(cfg.sections)))]
-    pub fill: u32,
-    /// The queue.
+    pub fresh: u32,
+    /// Sections that came back.
     #[with(queue(cfg).depth)]
     pub queue: fifo::State,
 }
@@ -55,8 +44,7 @@ impl Block for FreeList {
     type Mem = <Fifo<u32> as Block>::Mem;
 
     fn reset(cfg: &Config) -> State {
-        let fsm = if cfg.sections == 0 { Fsm::Ready } else { Fsm::Fill };
-        State { fsm, fill: 0, queue: Fifo::<u32>::reset(&queue(cfg)) }
+        State { fresh: 0, queue: Fifo::<u32>::reset(&queue(cfg)) }
     }
 
     fn memories(cfg: &Config) -> Self::Mem {
@@ -64,32 +52,24 @@ impl Block for FreeList {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
-        let ready = q.fsm == Fsm::Ready;
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let front = Fifo::<u32>::moore(&queue(cfg), &q.queue, m).front;
+        let fresh = q.fresh < cfg.sections;
+        let payload = if fresh { q.fresh } else { front.payload };
         Moore {
-            grant: Stream { valid: ready && front.valid, payload: front.payload },
-            exhausted: ready && !front.valid,
-            ready,
+            grant: Stream { valid: fresh || front.valid, payload },
+            exhausted: !fresh && !front.valid,
         }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, (), D<Self>) {
-        let mut d = q;
-        let mut push = i.release;
-        let mut pop = i.take;
-        if q.fsm == Fsm::Fill {
-            push = Stream::offer(q.fill);
-            pop = false;
-            d.fill = q.fill + 1;
-            if d.fill == cfg.sections {
-                d.fsm = Fsm::Ready;
-            }
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
+        let fresh = q.fresh < cfg.sections;
+        if i.take && fresh {
+            d.fresh = q.fresh + 1;
         }
-        let (queue, (), mem) = Fifo::next(&queue(cfg), q.queue, m, fifo::In { push, pop });
-        d.queue = queue;
-        (d, (), mem)
+        let to_queue = fifo::In { push: i.release, pop: i.take && !fresh };
+        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, m, to_queue);
     }
 }
 
@@ -102,31 +82,19 @@ mod tests {
 
     const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
 
-    fn ready(sections: u32) -> Sim<FreeList> {
-        let mut sim = Sim::<FreeList>::new(Config { sections });
-        for cycle in 0..sections {
-            assert!(!sim.moore().ready, "ready in cycle {cycle}");
-            sim.clock(NOTHING).unwrap();
-        }
-        assert!(sim.moore().ready);
-        sim
-    }
-
-    #[test]
-    fn fills_in_one_cycle_per_section() {
-        ready(1);
-        ready(17);
+    fn list(sections: u32) -> Sim<FreeList> {
+        Sim::new(Config { sections })
     }
 
     #[test]
     fn without_sections_it_is_exhausted_at_once() {
-        let seen = Sim::<FreeList>::new(Config { sections: 0 }).moore();
-        assert!(seen.ready && seen.exhausted && !seen.grant.valid);
+        let seen = list(0).moore();
+        assert!(seen.exhausted && !seen.grant.valid);
     }
 
     #[test]
     fn grants_one_a_cycle_until_exhausted() {
-        let mut sim = ready(5);
+        let mut sim = list(5);
         for id in 0..5 {
             assert_eq!(sim.moore().grant, Stream::offer(id));
             assert!(!sim.moore().exhausted);
@@ -144,7 +112,7 @@ mod tests {
             sections in 1u32..9,
             steps in proptest::collection::vec((any::<bool>(), any::<Option<prop::sample::Index>>()), 0..300),
         ) {
-            let mut sim = ready(sections);
+            let mut sim = list(sections);
             let mut free: VecDeque<u32> = (0..sections).collect();
             let mut out: Vec<u32> = vec![];
             for (take, release) in steps {

@@ -6,11 +6,10 @@
 //! - `exhausted` is high while no section is free and none is on its way: a taker need not wait.
 //! - `release` gives a section back; it can be granted again from the next cycle on. Releasing what
 //!   was not granted is a bug of the user.
-//! - `ready` is low from reset until the first grant can be made.
 //!
-//! | allocator | grants | memory | after reset |
-//! | --- | --- | --- | --- |
-//! | [`FreeList`] | one a cycle, oldest release first | one section number per section | one cycle per section |
+//! | allocator | grants | memory |
+//! | --- | --- | --- |
+//! | [`FreeList`] | one a cycle, oldest release first | one section number per section |
 
 mod free_list;
 
@@ -50,8 +49,6 @@ pub struct Moore {
     pub grant: Stream<u32>,
     /// No section is free, and none is on its way.
     pub exhausted: bool,
-    /// The work after reset is done.
-    pub ready: bool,
 }
 
 /// A block that keeps the contract above.

@@ -23,7 +23,7 @@ use super::release;
 use super::tables::{NsaEntry, Place, Word};
 use crate::pixel::{Marked, Z_BITS};
 use crate::sorter::{self, Arrived};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo};
 
 /// See the module's description.
@@ -194,7 +194,7 @@ impl Block for ChainReader {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore {
             ready: Chains::moore(&chains(cfg), &q.chains, &m.chains).ready,
             arrived: Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).front,
@@ -202,8 +202,7 @@ impl Block for ChainReader {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
-        let mut d = q;
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut o = Out {
             nsa: Port::default(),
             read: Stream::idle(),
@@ -336,27 +335,12 @@ impl Block for ChainReader {
             o.nsa.read(d.place.section);
         }
 
-        let (state, (), chains_mem) = Chains::next(
-            &chains(cfg),
-            q.chains,
-            m.chains,
-            fifo::In { push: i.chain, pop },
-        );
-        d.chains = state;
-        let (state, (), pending_mem) = Pendings::next(
-            &pendings(cfg),
-            q.pending,
-            m.pending,
-            fifo::In { push: fetch, pop: i.word.valid },
-        );
-        d.pending = state;
-        let (state, (), arrived_mem) = Arrivals::next(
-            &arrivals(cfg),
-            q.arrived,
-            m.arrived,
-            fifo::In { push: arrived, pop: i.arrived_ready },
-        );
-        d.arrived = state;
-        (d, o, MemD { chains: chains_mem, pending: pending_mem, arrived: arrived_mem })
+        let to_chains = fifo::In { push: i.chain, pop };
+        Chains::next(&chains(cfg), &q.chains, &mut d.chains, &mut m.chains, to_chains);
+        let to_pending = fifo::In { push: fetch, pop: i.word.valid };
+        Pendings::next(&pendings(cfg), &q.pending, &mut d.pending, &mut m.pending, to_pending);
+        let to_arrived = fifo::In { push: arrived, pop: i.arrived_ready };
+        Arrivals::next(&arrivals(cfg), &q.arrived, &mut d.arrived, &mut m.arrived, to_arrived);
+        o
     }
 }

@@ -14,7 +14,7 @@
 use super::config::Config;
 use super::tables::SsaEntry;
 use crate::pixel::{Marked, Z_BITS};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo};
 
 /// See the module's description.
@@ -108,13 +108,12 @@ impl Block for Lookup {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Fifo::<Marked<u32>>::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
-        let mut d = q;
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut ssa_read, mut ssa_write) = (ReadPort::default(), WritePort::default());
         let mut depth_read = ReadPort::default();
 
@@ -137,9 +136,8 @@ impl Block for Lookup {
             }
         }
         let to_queue = fifo::In { push: i.pixel, pop: !stall };
-        let (queue, (), queue_mem) = Fifo::next(&queue(cfg), q.queue, m.queue, to_queue);
-        d.queue = queue;
+        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         let chain = Stream { valid: found, payload: Marked { end, item: chain } };
-        (d, Out { ssa_read, ssa_write, depth_read, chain }, MemD { queue: queue_mem })
+        Out { ssa_read, ssa_write, depth_read, chain }
     }
 }

@@ -30,7 +30,7 @@
 pub mod chain;
 pub mod config;
 pub mod lookup;
-// monitor
+pub mod monitor;
 pub mod nsa;
 pub mod occupancy;
 pub mod pool;
@@ -54,7 +54,7 @@ use config::Config;
 use lookup::{Chain, Lookup};
 use nsa::Nsa;
 use occupancy::Occupancy;
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream};
 use pool::Pool;
 use release::ReleaseQueue;
@@ -158,7 +158,7 @@ pub struct Out {
     /// Transparent fragments in front, to be stored.
     #[with(cfg.screen)]
     pub passed: Handshake<Marked<PixelFragment>>,
-    /// Free sections.
+    /// Free sections. An offer may be replaced by a better one: see [`pool`].
     #[with(cfg.id_bits())]
     pub grant: Handshake<u32>,
     /// Sections that are given back.
@@ -195,6 +195,8 @@ pub struct Events {
     pub spilled: bool,
     /// It was its pixel's first.
     pub first: bool,
+    /// It took a new section.
+    pub section_taken: bool,
     /// A fragment found no section.
     pub dropped: bool,
     /// A fragment waited for a section.
@@ -268,10 +270,10 @@ impl<A: Allocator> Block for TBuffer<A> {
         }
     }
 
-    fn moore(_: &Config, _: &State<A>, _: &Q<Self>) {}
+    fn moore(_: &Config, _: &State<A>, _: &Self::Mem) {}
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State<A>, m: Q<Self>, i: Frame) -> (State<A>, Out, D<Self>) {
+    fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: Frame) -> Out {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
@@ -298,8 +300,13 @@ impl<A: Allocator> Block for TBuffer<A> {
             depth: buffer.depth,
             passed_ready: store_ready,
         };
-        let (depth_test_d, test, depth_test_mem) =
-            DepthTest::next(screen, q.depth_test, m.depth_test, to_depth_test);
+        let test = DepthTest::next(
+            screen,
+            &q.depth_test,
+            &mut d.depth_test,
+            &mut m.depth_test,
+            to_depth_test,
+        );
         let to_store = store::In {
             fragment: test.passed,
             ssa,
@@ -308,7 +315,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             grant: pool.grant,
             exhausted: pool.exhausted,
         };
-        let (store_d, store, store_mem) = Store::next(cfg, q.store, m.store, to_store);
+        let store = Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store);
 
         // Resolve: from the scan to the blended pixel.
         let to_scan = scan::In {
@@ -316,10 +323,9 @@ impl<A: Allocator> Block for TBuffer<A> {
             occupancy,
             pixel_ready: lookup_ready,
         };
-        let (scan_d, scan, ()) = Scan::next(cfg, q.scan, (), to_scan);
-        let to_lookup =
-            lookup::In { pixel, ssa, depth: buffer.depth, chain_ready: chain.ready };
-        let (lookup_d, lookup, lookup_mem) = Lookup::next(cfg, q.lookup, m.lookup, to_lookup);
+        let scan = Scan::next(cfg, &q.scan, &mut d.scan, &mut (), to_scan);
+        let to_lookup = lookup::In { pixel, ssa, depth: buffer.depth, chain_ready: chain.ready };
+        let lookup = Lookup::next(cfg, &q.lookup, &mut d.lookup, &mut m.lookup, to_lookup);
         let to_chain = chain::In {
             chain: lookup.chain,
             nsa,
@@ -327,54 +333,58 @@ impl<A: Allocator> Block for TBuffer<A> {
             arrived_ready: sorter.ready,
             release_ready: release.ready,
         };
-        let (chain_d, reader, chain_mem) = ChainReader::next(cfg, q.chain, m.chain, to_chain);
+        let reader = ChainReader::next(cfg, &q.chain, &mut d.chain, &mut m.chain, to_chain);
         let to_sorter = sorter::In { arrived: chain.arrived, sorted_ready: true };
-        let (sorter_d, (), ()) = Sorter::next(&cfg.sorter(), q.sorter, (), to_sorter);
+        Sorter::next(&cfg.sorter(), &q.sorter, &mut d.sorter, &mut (), to_sorter);
         let to_blender = blender::In { sorted: sorter.sorted, colour: buffer.colour };
-        let (blender_d, blend, ()) = Blender::next(screen, q.blender, (), to_blender);
-        let (release_d, (), release_mem) =
-            ReleaseQueue::next(&cfg.release(), q.release, m.release, reader.release);
+        let blend = Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender);
+        ReleaseQueue::next(
+            &cfg.release(),
+            &q.release,
+            &mut d.release,
+            &mut m.release,
+            reader.release,
+        );
 
         // The frame's course.
         let blended = q.blended || blend.frame_done;
         let frame_done = blended && release.empty && !scanout.busy;
-        let mut phase = q.phase;
-        let mut clear = q.clear;
         match q.phase {
             Phase::Clear => {
                 if q.clear.valid {
-                    clear.payload = q.clear.payload + 1;
-                    if clear.payload == screen.pixels() {
-                        clear = Stream::idle();
-                    }
-                } else if pool.ready {
-                    phase = Phase::Idle;
+                    let last = q.clear.payload + 1 == screen.pixels();
+                    d.clear =
+                        if last { Stream::idle() } else { Stream::offer(q.clear.payload + 1) };
+                } else {
+                    d.phase = Phase::Idle;
                 }
             }
             Phase::Idle => {
                 if i.fragment.valid && fragment_ready {
-                    phase = Phase::Store;
+                    d.phase = Phase::Store;
                 }
             }
             Phase::Store => {
                 if store.frame_stored {
-                    phase = Phase::Resolve;
+                    d.phase = Phase::Resolve;
                 }
             }
             Phase::Resolve => {
                 if frame_done {
-                    phase = Phase::Idle;
+                    d.phase = Phase::Idle;
                 } else if blended && release.empty {
-                    phase = Phase::Wait;
+                    d.phase = Phase::Wait;
                 }
             }
             Phase::Wait => {
                 if frame_done {
-                    phase = Phase::Idle;
+                    d.phase = Phase::Idle;
                 }
             }
         }
         let ended = i.fragment.valid && fragment_ready && i.fragment.payload.end;
+        d.ended = (q.ended || ended) && !frame_done;
+        d.blended = blended && !frame_done;
 
         // The tables and the frame buffer serve whoever asks.
         let to_ssa = ssa::In {
@@ -384,9 +394,9 @@ impl<A: Allocator> Block for TBuffer<A> {
             lookup_write: lookup.ssa_write,
             clear: q.clear,
         };
-        let ((), (), ssa_mem) = Ssa::next(cfg, (), m.ssa, to_ssa);
-        let ((), (), nsa_mem) =
-            Nsa::next(cfg, (), m.nsa, nsa::In { store: store.nsa, chain: reader.nsa });
+        Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
+        let to_nsa = nsa::In { store: store.nsa, chain: reader.nsa };
+        Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
         let to_occupancy = occupancy::In {
             store_read: store.occupancy_read,
             store_write: store.occupancy_write,
@@ -394,50 +404,36 @@ impl<A: Allocator> Block for TBuffer<A> {
             scan_write: scan.write,
             clear: q.clear,
         };
-        let ((), (), occupancy_mem) = Occupancy::next(cfg, (), m.occupancy, to_occupancy);
-        let to_sections =
-            sections::In { write: store.place, word: store.word, read: reader.read };
-        let ((), (), sections_mem) = Sections::next(cfg, (), m.sections, to_sections);
+        Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
+        let to_sections = sections::In { write: store.place, word: store.word, read: reader.read };
+        Sections::next(cfg, &(), &mut (), &mut m.sections, to_sections);
         let to_pool = allocator::In { take: store.take, release: release.front };
-        let (pool_d, (), pool_mem) = Pool::<A>::next(cfg, q.pool, m.pool, to_pool);
+        Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
         let to_scanout = scanout::In {
             start: frame_done,
             colour: buffer.back_colour,
             image_ready: i.image_ready,
         };
-        let (scanout_d, shown, scanout_mem) =
-            Scanout::next(screen, q.scanout, m.scanout, to_scanout);
+        let shown = Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout);
         let to_buffer = frame_buffer::In {
-            depth_read: test.depth_read.or(lookup.depth_read),
+            depth_read: [test.depth_read, lookup.depth_read],
             depth_write: test.depth_write,
             colour_read: blend.colour_read,
-            colour_write: test.colour_write.or(blend.colour_write),
+            colour_write: [test.colour_write, blend.colour_write],
             back_read: shown.read,
             wipe: shown.wipe,
             clear: q.clear,
             swap: frame_done,
         };
-        let (buffer_d, (), buffer_mem) =
-            FrameBuffer::next(screen, q.frame_buffer, m.frame_buffer, to_buffer);
+        FrameBuffer::next(
+            screen,
+            &q.frame_buffer,
+            &mut d.frame_buffer,
+            &mut m.frame_buffer,
+            to_buffer,
+        );
 
-        let d = State {
-            phase,
-            clear,
-            ended: (q.ended || ended) && !frame_done,
-            blended: blended && !frame_done,
-            depth_test: depth_test_d,
-            store: store_d,
-            pool: pool_d,
-            scan: scan_d,
-            lookup: lookup_d,
-            chain: chain_d,
-            release: release_d,
-            sorter: sorter_d,
-            blender: blender_d,
-            frame_buffer: buffer_d,
-            scanout: scanout_d,
-        };
-        let out = Out {
+        Out {
             phase: q.phase,
             fragment: i.fragment.with(fragment_ready),
             image: scanout.image.with(i.image_ready),
@@ -455,6 +451,7 @@ impl<A: Allocator> Block for TBuffer<A> {
                 stored: store.place.valid,
                 spilled: store.place.valid && cfg.is_outside(store.place.payload.section),
                 first: store.first,
+                section_taken: store.take,
                 dropped: store.dropped,
                 waits: store.waits,
                 chain_begun: reader.begins,
@@ -465,21 +462,6 @@ impl<A: Allocator> Block for TBuffer<A> {
                 scanout: scanout.busy,
                 frame_done,
             },
-        };
-        let ports = MemD {
-            ssa: ssa_mem,
-            nsa: nsa_mem,
-            sections: sections_mem,
-            pool: pool_mem,
-            occupancy: occupancy_mem,
-            frame_buffer: buffer_mem,
-            depth_test: depth_test_mem,
-            store: store_mem,
-            lookup: lookup_mem,
-            chain: chain_mem,
-            release: release_mem,
-            scanout: scanout_mem,
-        };
-        (d, out, ports)
+        }
     }
 }

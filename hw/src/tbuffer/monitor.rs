@@ -11,7 +11,7 @@ use crate::machine::{
 };
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
 use crate::sorter::Arrived;
-use pellucid_sim::signals::{Signals, state_name};
+use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, Handshake, StorageInfo, StreamMonitor, Violation, Wait};
 
 pellucid_sim::counters! {
@@ -40,28 +40,284 @@ pellucid_sim::counters! {
     }
 }
 
+/// What a frame holds while it is stored; all of it is given back by the frame's end.
+#[derive(Clone, Copy, Default)]
+struct Usage {
+    pixels: u64,
+    sections: u64,
+    outside_sections: u64,
+    words: u64,
+    outside_words: u64,
+}
+
+impl Usage {
+    fn max(self, other: Usage) -> Usage {
+        Usage {
+            pixels: self.pixels.max(other.pixels),
+            sections: self.sections.max(other.sections),
+            outside_sections: self.outside_sections.max(other.outside_sections),
+            words: self.words.max(other.words),
+            outside_words: self.outside_words.max(other.outside_words),
+        }
+    }
+}
+
+/// The most items that each queue held.
+#[derive(Clone, Copy, Default)]
+struct Queues {
+    depth_test: u32,
+    store: u32,
+    lookup: u32,
+    chains: u32,
+    pending: u32,
+    arrived: u32,
+    release: u32,
+    scanout: u32,
+}
+
 /// See the module's description.
 pub struct TBufferMonitor {
+    phases: [u64; 5],
     cycles: Cycles,
     fragments: Fragments,
     own: Own,
-    sections: u64,
-    outside_sections: u64,
-    on_chip_peak: u64,
-    links_peak: u64,
-    words: u64,
-    outside_words: u64,
-    peak_words: u64,
-    peak_outside_words: u64,
-    pixels: u64,
-    peak_pixels: u64,
+    frame: Usage,
+    peak: Usage,
+    queues: Queues,
     fragment: StreamMonitor<Marked<Fragment>>,
     passed: StreamMonitor<Marked<PixelFragment>>,
-    grant: StreamMonitor<u32>,
     release: StreamMonitor<u32>,
     pixel: StreamMonitor<Marked<u32>>,
     chain: StreamMonitor<Marked<Chain>>,
     arrived: StreamMonitor<Marked<Arrived>>,
     sorted: StreamMonitor<Marked<Sorted>>,
     image: StreamMonitor<u32>,
+}
+
+impl TBufferMonitor {
+    /// Calls `see` for every stream's monitor.
+    fn each_stream(&self, see: &mut dyn FnMut(StreamTally, bool, bool)) {
+        fn one<T>(m: &StreamMonitor<T>, see: &mut dyn FnMut(StreamTally, bool, bool))
+        where
+            T: Copy + Default + PartialEq + std::fmt::Debug,
+        {
+            let Handshake { valid, ready, .. } = m.last();
+            let StreamMonitor { name, from, to, transfers, stalls, .. } = *m;
+            see(StreamTally { name, from, to, transfers, stalls }, valid, ready);
+        }
+        one(&self.fragment, see);
+        one(&self.passed, see);
+        one(&self.release, see);
+        one(&self.pixel, see);
+        one(&self.chain, see);
+        one(&self.arrived, see);
+        one(&self.sorted, see);
+        one(&self.image, see);
+    }
+
+    /// The most words of a memory, by its path, that held something of use at once.
+    fn peak_words(&self, cfg: &Config, name: &str, words: u64) -> u64 {
+        let queue = u64::from(match name {
+            "depth_test.queue" => self.queues.depth_test,
+            "store.queue" => self.queues.store,
+            "lookup.queue" => self.queues.lookup,
+            "chain.chains" => self.queues.chains,
+            "chain.pending" => self.queues.pending,
+            "chain.arrived" => self.queues.arrived,
+            "release.queue" => self.queues.release,
+            "scanout.queue" => self.queues.scanout,
+            _ => 0,
+        });
+        let peak = self.peak.max(self.frame);
+        match name {
+            "ssa.table" => peak.pixels,
+            // With `append=tail` the last section of a chain has no entry.
+            "nsa.table" if cfg.tail => peak.sections - peak.pixels,
+            "nsa.table" => peak.sections,
+            "sections.on_chip" => peak.words,
+            "sections.outside" => peak.outside_words,
+            _ if queue > 0 => queue,
+            // Depth, colour, bitmap and free lists: every word means something at the start.
+            _ if name.starts_with("frame_buffer")
+                || name.starts_with("occupancy")
+                || name.starts_with("pool") =>
+            {
+                words
+            }
+            _ => 0,
+        }
+    }
+}
+
+impl<A: Allocator> Machine for TBuffer<A> {
+    type Monitor = TBufferMonitor;
+
+    #[inline(always)]
+    fn ports(out: &Out) -> Ports {
+        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+    }
+
+    fn screen(cfg: &Config) -> Screen {
+        cfg.screen
+    }
+}
+
+impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
+    fn new(_: &Config) -> TBufferMonitor {
+        TBufferMonitor {
+            phases: [0; 5],
+            cycles: Cycles::default(),
+            fragments: Fragments::default(),
+            own: Own::default(),
+            frame: Usage::default(),
+            peak: Usage::default(),
+            queues: Queues::default(),
+            fragment: StreamMonitor::new("fragment", "source", "depth_test"),
+            passed: StreamMonitor::new("passed", "depth_test", "store"),
+            release: StreamMonitor::new("release", "release", "pool"),
+            pixel: StreamMonitor::new("pixel", "scan", "lookup"),
+            chain: StreamMonitor::new("chain", "lookup", "chain"),
+            arrived: StreamMonitor::new("arrived", "chain", "sorter"),
+            sorted: StreamMonitor::new("sorted", "sorter", "blender"),
+            image: StreamMonitor::new("image", "scanout", "display"),
+        }
+    }
+
+    #[inline(always)]
+    fn observe(&mut self, _: &Config, q: &State<A>, o: &Out) -> Result<(), Violation> {
+        self.fragment.observe(o.fragment)?;
+        self.passed.observe(o.passed)?;
+        self.release.observe(o.release)?;
+        self.pixel.observe(o.pixel)?;
+        self.chain.observe(o.chain)?;
+        self.arrived.observe(o.arrived)?;
+        self.sorted.observe(o.sorted)?;
+        self.image.observe(o.image)?;
+
+        let e = &o.events;
+        let came = o.fragment.fires();
+        self.phases[o.phase as usize] += 1;
+        // The first fragment of a frame comes in while the machine is still idle.
+        self.cycles.store += u64::from(came && o.phase == Phase::Idle);
+        self.cycles.scanout += u64::from(e.scanout);
+
+        let f = &mut self.fragments;
+        f.arrived += u64::from(came && !o.fragment.payload.end);
+        f.drawn += u64::from(e.drawn);
+        f.hidden += u64::from(e.hidden);
+        f.stored += u64::from(e.stored);
+        f.spilled += u64::from(e.spilled);
+        f.blended += u64::from(e.blended);
+        f.dropped += u64::from(e.dropped);
+
+        let own = &mut self.own;
+        own.pixels_stored += u64::from(e.first);
+        own.chains_read += u64::from(e.chain_begun);
+        own.fragments_read += u64::from(e.read && !e.read_again);
+        own.fragments_read_again += u64::from(e.read && e.read_again);
+        own.culled_early += u64::from(e.culled_early);
+        own.culled_late += u64::from(e.culled_late);
+        own.allocator_stalls += u64::from(e.waits);
+        own.blender_idle += u64::from(o.phase == Phase::Resolve && !e.blended);
+
+        let frame = &mut self.frame;
+        frame.pixels += u64::from(e.first);
+        frame.sections += u64::from(e.section_taken);
+        frame.outside_sections += u64::from(e.section_taken && e.spilled);
+        frame.words += u64::from(e.stored && !e.spilled);
+        frame.outside_words += u64::from(e.spilled);
+        if e.frame_done {
+            self.peak = self.peak.max(self.frame);
+            self.frame = Usage::default();
+        }
+
+        let queues = &mut self.queues;
+        queues.depth_test = queues.depth_test.max(q.depth_test.queue.count);
+        queues.store = queues.store.max(q.store.queue.count);
+        queues.lookup = queues.lookup.max(q.lookup.queue.count);
+        queues.chains = queues.chains.max(q.chain.chains.count);
+        queues.pending = queues.pending.max(q.chain.pending.count);
+        queues.arrived = queues.arrived.max(q.chain.arrived.count);
+        queues.release = queues.release.max(q.release.committed + q.release.open);
+        queues.scanout = queues.scanout.max(q.scanout.queue.count);
+        Ok(())
+    }
+
+    fn transfers(&self) -> u64 {
+        let mut sum = 0;
+        self.each_stream(&mut |stream, _, _| sum += stream.transfers);
+        sum
+    }
+
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State<A>) -> Deadlock {
+        let state = |block: &str| match block {
+            "store" => state_name(q.store.fsm),
+            "scan" => state_name(q.scan.fsm),
+            "chain" => state_name(q.chain.fsm),
+            "scanout" => state_name(q.scanout.fsm),
+            _ => state_name(q.phase),
+        };
+        let (mut senders, mut receivers) = (vec![], vec![]);
+        self.each_stream(&mut |StreamTally { name, from, to, .. }, valid, ready| {
+            if valid && !ready {
+                let (block, other) = (from, to);
+                senders.push(Wait { block, state: state(block), stream: name, other, sends: true });
+            } else if ready && !valid {
+                let (block, other) = (to, from);
+                let state = state(block);
+                receivers.push(Wait { block, state, stream: name, other, sends: false });
+            }
+        });
+        // Who cannot send is the cause; who has nothing to receive matters only without one.
+        let waits = if senders.is_empty() { receivers } else { senders };
+        Deadlock { cycle, idle, waits }
+    }
+
+    fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
+        let of = |phase: Phase| self.phases[phase as usize];
+        let store = self.cycles.store + of(Phase::Store);
+        let resolve = of(Phase::Resolve);
+        let peak = self.peak.max(self.frame);
+        let own = Own {
+            peak_sections: peak.sections,
+            peak_outside_sections: peak.outside_sections,
+            ..self.own
+        };
+        let mut streams = vec![];
+        self.each_stream(&mut |stream, _, _| streams.push(stream));
+        Tally {
+            cycles: Cycles {
+                total: store + resolve,
+                store,
+                resolve,
+                wait: of(Phase::Wait),
+                clear: of(Phase::Clear),
+                ..self.cycles
+            },
+            fragments: Fragments { culled: own.culled_early + own.culled_late, ..self.fragments },
+            streams,
+            memories: memories
+                .iter()
+                .filter(|(_, info)| info.words > 0)
+                .map(|(name, info)| MemoryTally {
+                    name: name.clone(),
+                    info: *info,
+                    peak_words: self.peak_words(cfg, name, info.words),
+                })
+                .collect(),
+            seed_accesses: self.fragments.stored + own.fragments_read + own.chains_read,
+            seed_bytes: seed_bytes(cfg, u64::from(cfg.null)),
+            seed_bytes_used: seed_bytes(cfg, peak.sections),
+            own: own.figures(),
+        }
+    }
+}
+
+/// Storage as seed 000 counts it (its Table 2), in bytes: `S_a*W*H + (L*S_f + S_a)*sections`, with
+/// 2 bytes for an address and 6 for a fragment without its x and y.
+pub fn seed_bytes(cfg: &Config, sections: u64) -> u64 {
+    const ADDRESS: u64 = 2;
+    const FRAGMENT: u64 = 6;
+    let pixels = u64::from(cfg.screen.pixels());
+    ADDRESS * pixels + (u64::from(cfg.capacity) * FRAGMENT + ADDRESS) * sections
 }

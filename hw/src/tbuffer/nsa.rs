@@ -9,7 +9,7 @@
 
 use super::config::Config;
 use super::tables::NsaEntry;
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Memory, Port, Ram1RW, Read, width_of};
 
 /// See the module's description.
@@ -46,12 +46,13 @@ impl Block for Nsa {
     }
 
     #[inline(always)]
-    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<NsaEntry> {
-        m.table
+    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<NsaEntry> {
+        m.table.q()
     }
 
     #[inline(always)]
-    fn next(_: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
-        ((), (), MemD { table: i.store.or(i.chain) })
+    fn next(_: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
+        m.table.port().pass(i.store);
+        m.table.port().pass(i.chain);
     }
 }

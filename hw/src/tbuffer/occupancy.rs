@@ -9,7 +9,7 @@
 //! meets a write of the same word shows what is written. With `scan=linear` it does not exist.
 
 use super::config::{Config, OCCUPANCY_BITS};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort};
 
 /// See the module's description.
@@ -53,17 +53,18 @@ impl Block for Occupancy {
     }
 
     #[inline(always)]
-    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<u64> {
-        m.bitmap
+    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<u64> {
+        m.bitmap.q()
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
-        let mut clear = WritePort::default();
+    fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
+        m.bitmap.read_port().pass(i.store_read);
+        m.bitmap.read_port().pass(i.scan_read);
+        m.bitmap.write_port().pass(i.store_write);
+        m.bitmap.write_port().pass(i.scan_write);
         if cfg.bitmap && i.clear.valid && i.clear.payload < cfg.occupancy_words() {
-            clear.write(i.clear.payload, 0);
+            m.bitmap.write(i.clear.payload, 0);
         }
-        let bitmap = (i.store_read.or(i.scan_read), i.store_write.or(i.scan_write).or(clear));
-        ((), (), MemD { bitmap })
     }
 }

@@ -3,15 +3,16 @@
 //! ```text
 //!             +------+
 //!   take ---->|      |---> grant
-//!  release -->| Pool |---> exhausted, ready
+//!  release -->| Pool |---> exhausted
 //!             +------+
 //! ```
 //! Two allocators of the same kind behind the allocators' own port contract (see
-//! [`crate::allocator`]); a section's number tells where it belongs.
+//! [`crate::allocator`]); a section's number tells where it belongs. One thing differs: the offer of an
+//! outside section is replaced as soon as one on chip is given back.
 
 use super::config::Config;
 use crate::allocator::{self, Allocator, Moore};
-use pellucid_sim::block::{Block, D, Q};
+use pellucid_sim::Block;
 use pellucid_sim::{Memory, Signals, Stream};
 use std::marker::PhantomData;
 
@@ -55,7 +56,7 @@ impl<A: Allocator> Block for Pool<A> {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State<A>, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
         let on_chip = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
         let outside = A::moore(&cfg.outside(), &q.outside, &m.outside);
         let elsewhere = on_chip.exhausted && outside.grant.valid;
@@ -69,12 +70,11 @@ impl<A: Allocator> Block for Pool<A> {
                 },
             },
             exhausted: on_chip.exhausted && outside.exhausted,
-            ready: on_chip.ready && outside.ready,
         }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State<A>, m: Q<Self>, i: allocator::In) -> (State<A>, (), D<Self>) {
+    fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: allocator::In) {
         let here = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
         let back = i.release.payload;
         let back_outside = cfg.is_outside(back);
@@ -89,10 +89,7 @@ impl<A: Allocator> Block for Pool<A> {
                 payload: back.wrapping_sub(cfg.params.sections),
             },
         };
-        let (on_chip, (), on_chip_mem) =
-            A::next(&cfg.on_chip(), q.on_chip, m.on_chip, to_on_chip);
-        let (outside, (), outside_mem) =
-            A::next(&cfg.outside(), q.outside, m.outside, to_outside);
-        (State { on_chip, outside }, (), MemD { on_chip: on_chip_mem, outside: outside_mem })
+        A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
+        A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
     }
 }

@@ -11,10 +11,8 @@
 //! known only at its end. So a push stays open until `commit` lets all open ones go, those of the
 //! same cycle included, or `abort` takes them back. One push and one pop a cycle.
 
-use pellucid_sim::block::{Block, D, Q};
-use pellucid_sim::{
-    Memory, Ram1R1W, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, bits_for,
-};
+use pellucid_sim::Block;
+use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for};
 
 /// See the module's description.
 pub struct ReleaseQueue;
@@ -93,20 +91,18 @@ impl Block for ReleaseQueue {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore {
             ready: q.committed + q.open < cfg.depth,
-            front: Stream { valid: q.committed > 0, payload: m.queue.data },
+            front: Stream { valid: q.committed > 0, payload: m.queue.q().data },
             empty: q.committed + q.open == 0,
         }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, (), D<Self>) {
-        let mut d = q;
-        let (mut read, mut write) = (ReadPort::default(), WritePort::default());
-        if i.push.valid && Self::moore(cfg, &q, &m).ready {
-            write.write(q.tail, i.push.payload);
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
+        if i.push.valid && q.committed + q.open < cfg.depth {
+            m.queue.write(q.tail, i.push.payload);
             d.tail = if q.tail + 1 == cfg.depth { 0 } else { q.tail + 1 };
             d.open += 1;
         }
@@ -124,9 +120,8 @@ impl Block for ReleaseQueue {
             d.committed -= 1;
         }
         if d.committed > 0 && (pop || q.committed == 0) {
-            read.read(d.head);
+            m.queue.read(d.head);
         }
-        (d, (), MemD { queue: (read, write) })
     }
 }
 

@@ -13,7 +13,7 @@
 
 use super::config::{Config, OCCUPANCY_BITS};
 use crate::pixel::Marked;
-use pellucid_sim::block::Block;
+use pellucid_sim::Block;
 use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort, bits_for};
 
 /// See the module's description.
@@ -109,8 +109,7 @@ impl Block for Scan {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, (): (), i: In) -> (State, Out, ()) {
-        let mut d = q;
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out { read: ReadPort::default(), write: WritePort::default() };
         match q.fsm {
             Fsm::Idle => {
@@ -155,6 +154,6 @@ impl Block for Scan {
                 }
             }
         }
-        (d, o, ())
+        o
     }
 }

@@ -11,8 +11,8 @@
 
 use super::config::Config;
 use super::tables::{Place, Word};
-use pellucid_sim::block::{Block, D, Q};
-use pellucid_sim::{Memory, Port, Ram1RW, Read, Stream, width_of};
+use pellucid_sim::Block;
+use pellucid_sim::{Memory, Ram1RW, Read, Stream, width_of};
 
 /// See the module's description.
 pub struct Sections;
@@ -45,6 +45,16 @@ impl Config {
     }
 }
 
+#[inline(always)]
+fn on_chip_address(cfg: &Config, place: Place) -> u32 {
+    place.section * cfg.capacity + place.slot
+}
+
+#[inline(always)]
+fn outside_address(cfg: &Config, place: Place) -> u32 {
+    (place.section - cfg.params.sections) * cfg.capacity + place.slot
+}
+
 impl Block for Sections {
     type Config = Config;
     type State = ();
@@ -69,29 +79,28 @@ impl Block for Sections {
     }
 
     #[inline(always)]
-    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<Word> {
-        if m.outside.valid { m.outside } else { m.on_chip }
+    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<Word> {
+        let (on_chip, outside) = (m.on_chip.q(), m.outside.q());
+        if outside.valid { outside } else { on_chip }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
-        let (mut on_chip, mut outside) = (Port::default(), Port::default());
+    fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
         if i.write.valid {
-            let Place { section, slot } = i.write.payload;
-            if cfg.is_outside(section) {
-                outside.write((section - cfg.params.sections) * cfg.capacity + slot, i.word);
+            let place = i.write.payload;
+            if cfg.is_outside(place.section) {
+                m.outside.write(outside_address(cfg, place), i.word);
             } else {
-                on_chip.write(section * cfg.capacity + slot, i.word);
+                m.on_chip.write(on_chip_address(cfg, place), i.word);
             }
         }
         if i.read.valid {
-            let Place { section, slot } = i.read.payload;
-            if cfg.is_outside(section) {
-                outside.read((section - cfg.params.sections) * cfg.capacity + slot);
+            let place = i.read.payload;
+            if cfg.is_outside(place.section) {
+                m.outside.read(outside_address(cfg, place));
             } else {
-                on_chip.read(section * cfg.capacity + slot);
+                m.on_chip.read(on_chip_address(cfg, place));
             }
         }
-        ((), (), MemD { on_chip, outside })
     }
 }

@@ -11,10 +11,8 @@
 
 use super::config::Config;
 use super::tables::SsaEntry;
-use pellucid_sim::block::{Block, D, Q};
-use pellucid_sim::{
-    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort, width_of,
-};
+use pellucid_sim::Block;
+use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort, width_of};
 
 /// See the module's description.
 pub struct Ssa;
@@ -64,18 +62,18 @@ impl Block for Ssa {
     }
 
     #[inline(always)]
-    fn moore(_: &Config, (): &(), m: &Q<Self>) -> Read<SsaEntry> {
-        m.table
+    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<SsaEntry> {
+        m.table.q()
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, (): (), _: Q<Self>, i: In) -> ((), (), D<Self>) {
-        let mut clear = WritePort::default();
+    fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
+        m.table.read_port().pass(i.store_read);
+        m.table.read_port().pass(i.lookup_read);
+        m.table.write_port().pass(i.store_write);
+        m.table.write_port().pass(i.lookup_write);
         if i.clear.valid {
-            clear.write(i.clear.payload, SsaEntry::null(cfg));
+            m.table.write(i.clear.payload, SsaEntry::null(cfg));
         }
-        let table =
-            (i.store_read.or(i.lookup_read), i.store_write.or(i.lookup_write).or(clear));
-        ((), (), MemD { table })
     }
 }

@@ -18,10 +18,8 @@
 use super::config::{Config, OCCUPANCY_BITS};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::pixel::{Marked, PixelFragment};
-use pellucid_sim::block::{Block, D, Q};
-use pellucid_sim::{
-    Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo,
-};
+use pellucid_sim::Block;
+use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo};
 
 /// See the module's description.
 pub struct Store;
@@ -137,13 +135,12 @@ impl Block for Store {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State, m: &Q<Self>) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Fifo::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: State, m: Q<Self>, i: In) -> (State, Out, D<Self>) {
-        let mut d = q;
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let PixelFragment { pixel, z, rgba } = q.stage.payload.item;
         let mut o = Out {
             ssa_read: ReadPort::default(),
@@ -257,8 +254,7 @@ impl Block for Store {
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: done };
-        let (queue, (), queue_mem) = Fifo::next(&queue(cfg), q.queue, m.queue, to_queue);
-        d.queue = queue;
-        (d, o, MemD { queue: queue_mem })
+        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        o
     }
 }

@@ -1,7 +1,7 @@
 //! Derives for `pellucid-sim`, so that a register is described once: in the `struct` that holds it.
 //!
 //! - [`macro@Signals`] gives a bundle of registers or wires its names, widths and kinds.
-//! - [`macro@Memory`] gives a set of memories its bundle of read data and its bundle of ports.
+//! - [`macro@Memory`] makes a set of memories one.
 
 mod memory;
 mod signals;
@@ -27,11 +27,7 @@ pub fn signals(input: TokenStream) -> TokenStream {
     signals::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
 }
 
-/// The read data and the ports of a set of memories.
-///
-/// On a struct `Mem` whose fields are all memories: implements `Memory` with two generated
-/// bundles of the same field names, `MemQ` (what each memory shows) and `MemD` (what is asked of
-/// each on the coming edge).
+/// A struct whose fields are all memories is one too: clocked together, each visited by its name.
 #[proc_macro_derive(Memory)]
 pub fn memory(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
