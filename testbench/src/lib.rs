@@ -1,1 +1,2 @@
 //! Scenes, traces, golden model, scoreboard and reports.
+pub mod scene;

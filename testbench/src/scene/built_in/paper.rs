@@ -1,0 +1,275 @@
+//! The T-buffer paper's frames: exactly as many pixels with 1 to 5 transparent fragments as the paper counts.
+//!
+//! The paper prints counts, not pictures. Here a smooth field over the screen, a few blobs with ragged edges that drift
+//! from frame to frame, ranks the pixels: the highest are transparent, and among those the deepest stacks lie innermost.
+//! Fragments arrive scrambled over the whole screen. All of it is arithmetic on a seeded generator, and the same on
+//! every machine.
+
+use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Background, `0xRRGGBB`.
+pub(in crate::scene) const BACKGROUND: u32 = 0x1c2333;
+
+const WIDTH: u32 = 640;
+const HEIGHT: u32 = 480;
+/// Seed of everything random.
+const SEED: u64 = 1975;
+/// Blobs on the screen.
+const BLOBS: usize = 16;
+/// One fragment in so many lies on its pixel's own surface, so that equal depths meet in a pixel.
+const COINCIDENT: u32 = 5;
+
+/// How many pixels have how many transparent fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::scene) struct Frame {
+    /// The frame's number in the paper.
+    pub number: u32,
+    /// Pixels with exactly 1, 2, 3, 4 and 5 fragments.
+    pub pixels: [usize; 5],
+}
+
+/// The paper's table.
+const FRAMES: [Frame; 8] = [
+    Frame {
+        number: 0,
+        pixels: [5812, 956, 6633, 2279, 189],
+    },
+    Frame {
+        number: 120,
+        pixels: [5723, 956, 6634, 2278, 189],
+    },
+    Frame {
+        number: 180,
+        pixels: [8713, 956, 6634, 2278, 189],
+    },
+    Frame {
+        number: 240,
+        pixels: [32588, 12040, 7235, 2279, 189],
+    },
+    Frame {
+        number: 300,
+        pixels: [26082, 2729, 6636, 2179, 121],
+    },
+    Frame {
+        number: 360,
+        pixels: [27421, 7094, 7006, 1569, 173],
+    },
+    Frame {
+        number: 420,
+        pixels: [15728, 3290, 6770, 1296, 15],
+    },
+    Frame {
+        number: 480,
+        pixels: [95226, 8716, 6711, 671, 0],
+    },
+];
+
+/// The frame with the name `paper-NUMBER`.
+pub(in crate::scene) fn frame(name: &str) -> Option<Frame> {
+    FRAMES
+        .into_iter()
+        .find(|frame| format!("paper-{}", frame.number) == name)
+}
+
+/// The layers of a frame in arrival order.
+#[derive(Debug)]
+pub(in crate::scene) struct Paper {
+    frame: Frame,
+    layers: Vec<Layer>,
+}
+
+/// One fragment to come: its pixel, row by row from the upper left, and its place among the pixel's fragments, from 0.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    pixel: u32,
+    index: u8,
+}
+
+impl Paper {
+    /// Chooses the frame's pixels and the order of arrival.
+    pub fn new(frame: Frame) -> Paper {
+        let field = Field::new(frame.number);
+        let mut ranked: Vec<(f32, u32)> = (0..WIDTH * HEIGHT)
+            .map(|pixel| (field.cover(pixel % WIDTH, pixel / WIDTH), pixel))
+            .collect();
+        rank(&mut ranked);
+        ranked.truncate(frame.pixels.iter().sum());
+        for (value, pixel) in &mut ranked {
+            *value = field.depth(*value, *pixel % WIDTH, *pixel / WIDTH);
+        }
+        rank(&mut ranked);
+
+        let deepest_first = (1..=5u8)
+            .rev()
+            .flat_map(|depth| (0..frame.pixels[usize::from(depth) - 1]).map(move |_| depth));
+        let mut layers: Vec<Layer> = ranked
+            .into_iter()
+            .zip(deepest_first)
+            .flat_map(|((_, pixel), depth)| (0..depth).map(move |index| Layer { pixel, index }))
+            .collect();
+        layers.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
+        Paper { frame, layers }
+    }
+
+    /// How many fragments a play sends.
+    pub fn layers(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// Sends one fragment for each layer: alpha 1..=254, any depth, a colour that drifts over the screen.
+    pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
+        let mut rng = ChaCha8Rng::seed_from_u64(SEED + 1 + u64::from(self.frame.number));
+        let hues = [0, 1, 2].map(|_| Noise::new(&mut rng, 90.0));
+        for layer in &self.layers {
+            let (x, y) = (layer.pixel % WIDTH, layer.pixel / WIDTH);
+            let own_surface = Z_FAR / 8 + (x * 7 + y * 11) * (Z_FAR / 16384);
+            let z = match rng.random_ratio(1, COINCIDENT) {
+                true => own_surface,
+                false => rng.random_range(0..Z_FAR),
+            };
+            let shift = 130.0 * f32::from(layer.index);
+            let [r, g, b] = hues.each_ref().map(|hue| {
+                let value = 40.0
+                    + 215.0 * hue.at(x as f32 + shift, y as f32 + shift)
+                    + rng.random_range(-10.0..10.0);
+                value as u8
+            });
+            sink(Fragment {
+                x,
+                y,
+                z,
+                rgba: rgba(r, g, b, rng.random_range(1..=254)),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Highest value first, equal values by pixel.
+fn rank(pixels: &mut [(f32, u32)]) {
+    pixels.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+}
+
+/// What ranks the pixels.
+struct Field {
+    /// Column, row and radius in pixels.
+    blobs: Vec<[f32; 3]>,
+    coarse: Noise,
+    fine: Noise,
+    inner: Noise,
+}
+
+impl Field {
+    fn new(frame: u32) -> Field {
+        let mut rng = ChaCha8Rng::seed_from_u64(SEED);
+        let time = frame as f32 / 480.0;
+        let blobs = (0..BLOBS)
+            .map(|_| {
+                let from = [rng.random_range(40.0..600.0), rng.random_range(40.0..440.0)];
+                let to = [rng.random_range(40.0..600.0), rng.random_range(40.0..440.0)];
+                let [x, y] = [0, 1].map(|i| from[i] + time * (to[i] - from[i]));
+                [x, y, rng.random_range(45.0..115.0)]
+            })
+            .collect();
+        let [coarse, fine, inner] = [64.0, 17.0, 40.0].map(|cell| Noise::new(&mut rng, cell));
+        Field {
+            blobs,
+            coarse,
+            fine,
+            inner,
+        }
+    }
+
+    /// High inside the blobs.
+    fn cover(&self, x: u32, y: u32) -> f32 {
+        let (x, y) = (x as f32, y as f32);
+        let blobs: f32 = self
+            .blobs
+            .iter()
+            .map(|[bx, by, radius]| {
+                let left = 1.0 - ((x - bx) * (x - bx) + (y - by) * (y - by)) / (radius * radius);
+                left.max(0.0) * left.max(0.0)
+            })
+            .sum();
+        blobs + 0.45 * self.coarse.at(x, y) + 0.14 * self.fine.at(x, y)
+    }
+
+    /// High where the stacks are deep.
+    fn depth(&self, cover: f32, x: u32, y: u32) -> f32 {
+        let (x, y) = (x as f32, y as f32);
+        cover + 0.7 * self.inner.at(x, y) + 0.2 * self.fine.at(x + 300.0, y)
+    }
+}
+
+/// Value noise: random values in 0..1 on a square lattice, smoothly blended.
+struct Noise {
+    lattice: Vec<f32>,
+    cell: f32,
+}
+
+impl Noise {
+    /// Lattice points along each side before it repeats.
+    const SIDE: usize = 64;
+
+    fn new(rng: &mut ChaCha8Rng, cell: f32) -> Noise {
+        Noise {
+            lattice: (0..Noise::SIDE * Noise::SIDE)
+                .map(|_| rng.random())
+                .collect(),
+            cell,
+        }
+    }
+
+    fn at(&self, x: f32, y: f32) -> f32 {
+        let (column, u) = Noise::split(x / self.cell);
+        let (row, v) = Noise::split(y / self.cell);
+        let value =
+            |c: usize, r: usize| self.lattice[r % Noise::SIDE * Noise::SIDE + c % Noise::SIDE];
+        let mix = |a: f32, b: f32, t: f32| a + t * (b - a);
+        let upper = mix(value(column, row), value(column + 1, row), u);
+        let lower = mix(value(column, row + 1), value(column + 1, row + 1), u);
+        mix(upper, lower, v)
+    }
+
+    /// Lattice index and the eased way to the next.
+    fn split(t: f32) -> (usize, f32) {
+        let way = t.fract();
+        (t as usize, way * way * (3.0 - 2.0 * way))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    #[test]
+    fn every_frame_has_exactly_the_papers_pixels() {
+        for frame in FRAMES {
+            let mut depths = vec![0usize; (WIDTH * HEIGHT) as usize];
+            let Ok(()) = Paper::new(frame).play(&mut |f| -> Result<(), Infallible> {
+                assert!(f.x < WIDTH && f.y < HEIGHT && f.z < Z_FAR, "{f:?}");
+                assert!((1..=254).contains(&(f.rgba & 0xff)), "{f:?}");
+                depths[(f.y * WIDTH + f.x) as usize] += 1;
+                Ok(())
+            });
+            let mut pixels = [0; 6];
+            depths.into_iter().for_each(|depth| pixels[depth] += 1);
+            assert_eq!(pixels[1..], frame.pixels, "frame {}", frame.number);
+        }
+    }
+
+    #[test]
+    fn equal_depths_meet_in_some_pixels() {
+        let mut seen = std::collections::HashSet::new();
+        let mut met = 0;
+        let Ok(()) = Paper::new(FRAMES[0]).play(&mut |f| -> Result<(), Infallible> {
+            met += u32::from(!seen.insert((f.x, f.y, f.z)));
+            Ok(())
+        });
+        assert!(met > 100, "{met}");
+    }
+}

@@ -1,0 +1,278 @@
+//! PLY, ASCII and binary: positions, colours and polygons of any number of sides.
+//!
+//! Colours are `red`, `green`, `blue` and `alpha`, integers of the type's full range or floats of 0..=1.
+
+use super::bad;
+use crate::scene::SceneError;
+use crate::scene::geometry::{DEFAULT_ALPHA, Part};
+use glam::{Vec3, Vec4};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{
+    BeginList, DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess,
+    PropertyAccessResult, PropertyType,
+};
+use std::io::ErrorKind;
+use std::path::Path;
+
+/// Names of the list with a face's vertices.
+const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
+
+/// Loads the content of a PLY file as one part with the name of the file.
+pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
+    let file = File {
+        path,
+        bytes: &bytes,
+    };
+    let mut reader = Reader::new(&bytes[..]);
+    let header = Parser::<DefaultElement>::new()
+        .read_header(&mut reader)
+        .map_err(|e| file.in_header(&e))?;
+    check(path, &header)?;
+    let ascii = header.encoding == Encoding::Ascii;
+
+    let mut name = Path::new(path);
+    while name.extension().is_some() {
+        name = Path::new(name.file_stem().unwrap_or_default());
+    }
+    let mut part = Part::new(vec![name.to_string_lossy().into_owned()]);
+    let colours = ["red", "green", "blue"]
+        .iter()
+        .all(|name| header.elements["vertex"].properties.contains_key(*name));
+    let mut faces = (0, Vec::new());
+    for element in header.elements.values() {
+        let first_line = reader.line();
+        match element.name.as_str() {
+            "vertex" => {
+                let vertices: Vec<Vertex> = file.read(&mut reader, element, &header)?;
+                part.positions = vertices.iter().map(|vertex| vertex.position).collect();
+                if colours {
+                    part.colours = vertices.iter().map(|vertex| vertex.colour).collect();
+                }
+                if let Some(i) = part
+                    .positions
+                    .iter()
+                    .position(|position| !position.is_finite())
+                {
+                    let line = ascii.then_some(first_line + i);
+                    return Err(bad(path, line, format!("vertex {i} is not finite")));
+                }
+            }
+            "face" => {
+                faces = (
+                    first_line,
+                    file.read::<Face>(&mut reader, element, &header)?,
+                )
+            }
+            _ => drop(file.read::<Ignored>(&mut reader, element, &header)?),
+        }
+    }
+
+    let (first_line, faces) = faces;
+    let vertices = part.positions.len();
+    part.triangles.reserve(faces.len());
+    for (i, Face(corners)) in faces.iter().enumerate() {
+        let line = ascii.then_some(first_line + i);
+        if corners.len() < 3 {
+            return Err(bad(
+                path,
+                line,
+                format!("face {i} has {} corners, expected 3 or more", corners.len()),
+            ));
+        }
+        if let Some(index) = corners.iter().find(|&&index| {
+            usize::try_from(index)
+                .is_ok_and(|i| i < vertices)
+                .eq(&false)
+        }) {
+            let what =
+                format!("face {i} has the vertex index {index}, expected one below {vertices}");
+            return Err(bad(path, line, what));
+        }
+        let fan = corners[1..]
+            .windows(2)
+            .map(|pair| [corners[0], pair[0], pair[1]].map(|index| index as u32));
+        part.triangles.extend(fan);
+    }
+    Ok(vec![part])
+}
+
+/// Refuses a header without the elements and properties that a mesh needs.
+fn check(path: &str, header: &Header) -> Result<(), SceneError> {
+    let element = |name: &str| {
+        let missing = || bad(path, None, format!("the header has no element `{name}`"));
+        header.elements.get(name).ok_or_else(missing)
+    };
+    let vertex = element("vertex")?;
+    for axis in ["x", "y", "z"] {
+        if !vertex
+            .properties
+            .get(axis)
+            .is_some_and(|p| matches!(p.data_type, PropertyType::Scalar(_)))
+        {
+            return Err(bad(
+                path,
+                None,
+                format!("the header has no number `{axis}` in the element `vertex`"),
+            ));
+        }
+    }
+    let list = FACE_LISTS
+        .iter()
+        .find_map(|name| element("face").ok()?.properties.get(*name));
+    match (element("face")?, list.map(|list| &list.data_type)) {
+        (_, Some(PropertyType::List(..))) => Ok(()),
+        _ => Err(bad(
+            path,
+            None,
+            "the header has no list `vertex_indices` in the element `face`",
+        )),
+    }
+}
+
+struct File<'a> {
+    path: &'a str,
+    bytes: &'a [u8],
+}
+
+impl File<'_> {
+    fn read<E: PropertyAccess>(
+        &self,
+        reader: &mut Reader<&[u8]>,
+        element: &ElementDef,
+        header: &Header,
+    ) -> Result<Vec<E>, SceneError> {
+        Parser::<E>::new()
+            .read_payload_for_element(reader, element, header)
+            .map_err(|error| self.in_body(&error, element, header.encoding == Encoding::Ascii))
+    }
+
+    fn in_header(&self, error: &ParseError) -> SceneError {
+        let what = match (error.line(), error.kind()) {
+            (_, ErrorKind::UnexpectedEof) => {
+                "the file ends in the header, expected `end_header`".into()
+            }
+            (Some(1), _) => "expected `ply` as the first line".into(),
+            (Some(line), _) => format!("`{}` is no line of a PLY header", self.line(line)),
+            (None, _) => {
+                "expected a PLY header with a line `format ascii 1.0`, or one of the binary formats"
+                    .into()
+            }
+        };
+        bad(self.path, error.line(), what)
+    }
+
+    fn in_body(&self, error: &ParseError, element: &ElementDef, ascii: bool) -> SceneError {
+        let ElementDef { name, count, .. } = element;
+        let line = error.line().filter(|_| ascii);
+        let what = match (error.kind(), line) {
+            (ErrorKind::UnexpectedEof, _) => {
+                format!("the file ends before all {count} elements `{name}`")
+            }
+            (_, Some(line)) => format!(
+                "`{}` is no element `{name}` as the header declares it",
+                self.line(line)
+            ),
+            (_, None) => format!("an element `{name}` is not as the header declares it"),
+        };
+        bad(self.path, line, what)
+    }
+
+    /// A line's text, from 1.
+    fn line(&self, line: usize) -> String {
+        let text = self
+            .bytes
+            .split(|&byte| byte == b'\n')
+            .nth(line - 1)
+            .unwrap_or_default();
+        String::from_utf8_lossy(&text[..text.len().min(60)])
+            .trim()
+            .to_owned()
+    }
+}
+
+/// A vertex while it is read.
+struct Vertex {
+    position: Vec3,
+    colour: Vec4,
+}
+
+impl PropertyAccess for Vertex {
+    fn new() -> Vertex {
+        Vertex {
+            position: Vec3::ZERO,
+            colour: Vec4::new(0.0, 0.0, 0.0, DEFAULT_ALPHA),
+        }
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let (field, range) = match name {
+            "x" => (&mut self.position.x, 1.0),
+            "y" => (&mut self.position.y, 1.0),
+            "z" => (&mut self.position.z, 1.0),
+            "red" => (&mut self.colour.x, full_scale(&property)),
+            "green" => (&mut self.colour.y, full_scale(&property)),
+            "blue" => (&mut self.colour.z, full_scale(&property)),
+            "alpha" => (&mut self.colour.w, full_scale(&property)),
+            _ => return PropertyAccessResult::Ignored,
+        };
+        match property.to_f32_lossy() {
+            Some(value) if range == 1.0 && matches!(name, "x" | "y" | "z") => *field = value,
+            // A colour that is no number becomes 0.
+            Some(value) => *field = (value / range).max(0.0).min(1.0),
+            None => return PropertyAccessResult::UnsupportedType,
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+/// What stands for 1.0 in a colour of this type.
+fn full_scale(property: &Property) -> f32 {
+    match property {
+        Property::Char(_) => 127.0,
+        Property::UChar(_) => 255.0,
+        Property::Short(_) => 32767.0,
+        Property::UShort(_) => 65535.0,
+        Property::Int(_) => i32::MAX as f32,
+        Property::UInt(_) => u32::MAX as f32,
+        _ => 1.0,
+    }
+}
+
+/// A face's vertices while they are read.
+struct Face(Vec<i32>);
+
+impl PropertyAccess for Face {
+    fn new() -> Face {
+        Face(Vec::new())
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if !FACE_LISTS.contains(&name) {
+            return PropertyAccessResult::Ignored;
+        }
+        let Some(list) = property.to_u32_list() else {
+            return PropertyAccessResult::UnsupportedType;
+        };
+        self.0 = list
+            .into_iter()
+            .map(|index| i32::try_from(index).unwrap_or(i32::MAX))
+            .collect();
+        PropertyAccessResult::Set
+    }
+
+    fn begin_list_int(&mut self, name: &str, _len: usize) -> BeginList<'_, i32> {
+        match FACE_LISTS.contains(&name) {
+            true => BeginList::Fill(&mut self.0),
+            false => BeginList::UseSetter,
+        }
+    }
+}
+
+/// An element of no interest.
+struct Ignored;
+
+impl PropertyAccess for Ignored {
+    fn new() -> Ignored {
+        Ignored
+    }
+}

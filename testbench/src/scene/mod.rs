@@ -1,0 +1,207 @@
+//! Frames to feed to an architecture: a built-in scene or a mesh file becomes a stream of fragments.
+//!
+//! Opening a scene loads and checks everything that can fail; playing it cannot fail except through the receiver.
+//! Fragments are made on the fly, one triangle, particle or pixel layer at a time, so that a frame larger than memory
+//! can be played. The order of the stream is the order of submission, as a graphics API would see it: nothing is
+//! sorted, and opaque geometry may arrive after transparent geometry that it hides.
+//!
+//! The path of a mesh: [`mesh`] reads the file into parts, [`alpha`] gives parts their opacity, [`camera`] places the
+//! eye, [`shade`] lights the vertices, [`clip`] and [`raster`] turn each triangle into fragments.
+
+mod alpha;
+mod built_in;
+mod camera;
+mod clip;
+mod error;
+mod geometry;
+mod mesh;
+mod raster;
+mod shade;
+
+pub use alpha::{AlphaRule, AlphaRuleError};
+pub use built_in::{BuiltIn, built_in};
+pub use camera::{Camera, CameraError};
+pub use error::SceneError;
+
+use built_in::paper::Paper;
+use built_in::smoke::Smoke;
+use geometry::Part;
+use pellucid_hw::pixel::Fragment;
+use shade::Surface;
+
+/// Largest width or height of a frame, in pixels: both are in `1..=MAX_SIDE`.
+pub const MAX_SIDE: u32 = 8192;
+/// Width of a frame where none is asked for, in pixels.
+const DEFAULT_WIDTH: u32 = 640;
+/// Height of a frame where none is asked for, in pixels.
+const DEFAULT_HEIGHT: u32 = 480;
+
+/// What a receiver must know before the first fragment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameInfo {
+    /// Width in pixels, `1..=MAX_SIDE`.
+    pub width: u32,
+    /// Height in pixels, `1..=MAX_SIDE`.
+    pub height: u32,
+    /// Colour where no fragment lands, `0xRRGGBB`.
+    pub background: u32,
+}
+
+/// What a user may change about a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Width in pixels, `1..=MAX_SIDE`; 640 if `None`.
+    pub width: Option<u32>,
+    /// Height in pixels, `1..=MAX_SIDE`; 480 if `None`.
+    pub height: Option<u32>,
+    /// Where to look from; the scene's own view, or one that fits the mesh, if `None`.
+    pub camera: Option<Camera>,
+    /// Opacities, applied in this order, so that a later rule wins.
+    pub alphas: Vec<AlphaRule>,
+}
+
+/// A loaded scene, ready to play any number of times.
+#[derive(Debug)]
+pub struct Scene {
+    info: FrameInfo,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Surface(Surface),
+    Smoke(Smoke),
+    Paper(Paper),
+}
+
+impl Scene {
+    /// Opens a built-in scene by its name (see [`built_in`]), or a mesh by its path and extension: `.obj`, `.ply`,
+    /// `.ply.gz`, `.gltf` or `.glb`, in any case.
+    ///
+    /// # Errors
+    ///
+    /// One sentence that names the scene or file, the line where the format has lines, and what was expected.
+    pub fn open(name: &str, options: &Options) -> Result<Scene, SceneError> {
+        let side = |what, asked: Option<u32>, default| match asked.unwrap_or(default) {
+            side @ 1..=MAX_SIDE => Ok(side),
+            side => Err(SceneError::Size { what, side }),
+        };
+        let width = side("width", options.width, DEFAULT_WIDTH)?;
+        let height = side("height", options.height, DEFAULT_HEIGHT)?;
+        let info = |background| FrameInfo {
+            width,
+            height,
+            background,
+        };
+        match name {
+            "glass" => {
+                let camera = options.camera.unwrap_or_else(built_in::glass::camera);
+                surface(
+                    name,
+                    built_in::glass::parts(),
+                    Some(camera),
+                    info(built_in::glass::BACKGROUND),
+                    options,
+                )
+            }
+            "teapot" => surface(
+                name,
+                built_in::teapot::parts(),
+                options.camera,
+                info(built_in::BACKDROP),
+                options,
+            ),
+            "smoke" => {
+                refuse_alphas(name, options)?;
+                let info = info(built_in::smoke::BACKGROUND);
+                Ok(Scene {
+                    info,
+                    content: Content::Smoke(Smoke::new(options.camera, info)),
+                })
+            }
+            _ if name.starts_with("paper-") && built_in::paper::frame(name).is_some() => {
+                refuse_alphas(name, options)?;
+                let sides = [
+                    ("width", options.width, DEFAULT_WIDTH),
+                    ("height", options.height, DEFAULT_HEIGHT),
+                ];
+                for (what, asked, fixed) in sides {
+                    if let Some(side) = asked.filter(|&side| side != fixed) {
+                        return Err(SceneError::FixedSize {
+                            scene: name.into(),
+                            what,
+                            side,
+                        });
+                    }
+                }
+                if options.camera.is_some() {
+                    return Err(SceneError::NoCamera { scene: name.into() });
+                }
+                let frame = built_in::paper::frame(name).expect("checked by the arm");
+                Ok(Scene {
+                    info: info(built_in::paper::BACKGROUND),
+                    content: Content::Paper(Paper::new(frame)),
+                })
+            }
+            _ => surface(
+                name,
+                mesh::load(name)?,
+                options.camera,
+                info(built_in::BACKDROP),
+                options,
+            ),
+        }
+    }
+
+    /// The frame's size and background.
+    pub fn info(&self) -> FrameInfo {
+        self.info
+    }
+
+    /// Plays the frame in arrival order, the same fragments at every call; all of them lie on the screen with a depth
+    /// below [`pellucid_hw::pixel::Z_FAR`].
+    ///
+    /// # Errors
+    ///
+    /// The receiver's first error, after which nothing more is sent.
+    pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
+        match &self.content {
+            Content::Surface(surface) => surface.play(sink),
+            Content::Smoke(smoke) => smoke.play(sink),
+            Content::Paper(paper) => paper.play(sink),
+        }
+    }
+
+    /// How many triangles, particles or pixel layers a call of [`Scene::play`] goes through.
+    pub fn primitives(&self) -> usize {
+        match &self.content {
+            Content::Surface(surface) => surface.triangles(),
+            Content::Smoke(smoke) => smoke.particles(),
+            Content::Paper(paper) => paper.layers(),
+        }
+    }
+}
+
+fn surface(
+    name: &str,
+    mut parts: Vec<Part>,
+    camera: Option<Camera>,
+    info: FrameInfo,
+    options: &Options,
+) -> Result<Scene, SceneError> {
+    alpha::apply(name, &mut parts, &options.alphas)?;
+    Ok(Scene {
+        info,
+        content: Content::Surface(Surface::new(&parts, camera, info)),
+    })
+}
+
+fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {
+    match options.alphas.is_empty() {
+        true => Ok(()),
+        false => Err(SceneError::NoMeshes { scene: name.into() }),
+    }
+}
+
+#[cfg(test)]
+mod tests;
