@@ -1,5 +1,6 @@
 //! The scenes that need no file, each made by a short procedure and the same on every run.
 
+mod field;
 pub(super) mod glass;
 pub(super) mod paper;
 mod patches;

@@ -5,6 +5,7 @@
 //! Fragments arrive scrambled over the whole screen. All of it is arithmetic on a seeded generator, and the same on
 //! every machine.
 
+use super::field::{Field, Noise};
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -17,8 +18,6 @@ const WIDTH: u32 = 640;
 const HEIGHT: u32 = 480;
 /// Seed of everything random.
 const SEED: u64 = 1975;
-/// Blobs on the screen.
-const BLOBS: usize = 16;
 /// One fragment in so many lies on its pixel's own surface, so that equal depths meet in a pixel.
 const COINCIDENT: u32 = 5;
 
@@ -91,7 +90,7 @@ struct Layer {
 impl Paper {
     /// Chooses the frame's pixels and the order of arrival.
     pub fn new(frame: Frame) -> Paper {
-        let field = Field::new(frame.number);
+        let field = Field::new(frame.number, &mut ChaCha8Rng::seed_from_u64(SEED));
         let mut ranked: Vec<(f32, u32)> = (0..WIDTH * HEIGHT)
             .map(|pixel| (field.cover(pixel % WIDTH, pixel / WIDTH), pixel))
             .collect();
@@ -151,94 +150,6 @@ impl Paper {
 /// Highest value first, equal values by pixel.
 fn rank(pixels: &mut [(f32, u32)]) {
     pixels.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-}
-
-/// What ranks the pixels.
-struct Field {
-    /// Column, row and radius in pixels.
-    blobs: Vec<[f32; 3]>,
-    coarse: Noise,
-    fine: Noise,
-    inner: Noise,
-}
-
-impl Field {
-    fn new(frame: u32) -> Field {
-        let mut rng = ChaCha8Rng::seed_from_u64(SEED);
-        let time = frame as f32 / 480.0;
-        let blobs = (0..BLOBS)
-            .map(|_| {
-                let from = [rng.random_range(40.0..600.0), rng.random_range(40.0..440.0)];
-                let to = [rng.random_range(40.0..600.0), rng.random_range(40.0..440.0)];
-                let [x, y] = [0, 1].map(|i| from[i] + time * (to[i] - from[i]));
-                [x, y, rng.random_range(45.0..115.0)]
-            })
-            .collect();
-        let [coarse, fine, inner] = [64.0, 17.0, 40.0].map(|cell| Noise::new(&mut rng, cell));
-        Field {
-            blobs,
-            coarse,
-            fine,
-            inner,
-        }
-    }
-
-    /// High inside the blobs.
-    fn cover(&self, x: u32, y: u32) -> f32 {
-        let (x, y) = (x as f32, y as f32);
-        let blobs: f32 = self
-            .blobs
-            .iter()
-            .map(|[bx, by, radius]| {
-                let left = 1.0 - ((x - bx) * (x - bx) + (y - by) * (y - by)) / (radius * radius);
-                left.max(0.0) * left.max(0.0)
-            })
-            .sum();
-        blobs + 0.45 * self.coarse.at(x, y) + 0.14 * self.fine.at(x, y)
-    }
-
-    /// High where the stacks are deep.
-    fn depth(&self, cover: f32, x: u32, y: u32) -> f32 {
-        let (x, y) = (x as f32, y as f32);
-        cover + 0.7 * self.inner.at(x, y) + 0.2 * self.fine.at(x + 300.0, y)
-    }
-}
-
-/// Value noise: random values in 0..1 on a square lattice, smoothly blended.
-struct Noise {
-    lattice: Vec<f32>,
-    cell: f32,
-}
-
-impl Noise {
-    /// Lattice points along each side before it repeats.
-    const SIDE: usize = 64;
-
-    fn new(rng: &mut ChaCha8Rng, cell: f32) -> Noise {
-        Noise {
-            lattice: (0..Noise::SIDE * Noise::SIDE)
-                .map(|_| rng.random())
-                .collect(),
-            cell,
-        }
-    }
-
-    fn at(&self, x: f32, y: f32) -> f32 {
-        let (column, u) = Noise::split(x / self.cell);
-        let (row, v) = Noise::split(y / self.cell);
-        let value =
-            |c: usize, r: usize| self.lattice[r % Noise::SIDE * Noise::SIDE + c % Noise::SIDE];
-        let mix = |a: f32, b: f32, t: f32| a + t * (b - a);
-        let upper = mix(value(column, row), value(column + 1, row), u);
-        let lower = mix(value(column, row + 1), value(column + 1, row + 1), u);
-        mix(upper, lower, v)
-    }
-
-    /// Lattice index and the eased way to the next.
-    fn split(t: f32) -> (usize, f32) {
-        let way = t.fract();
-        (t as usize, way * way * (3.0 - 2.0 * way))
-    }
 }
 
 #[cfg(test)]

@@ -10,14 +10,16 @@ use super::bad;
 use crate::scene::SceneError;
 use crate::scene::geometry::{DEFAULT_ALPHA, Part};
 use ::gltf::mesh::Mode;
-use ::gltf::{Gltf, Node, Primitive, Semantic};
+use ::gltf::{Document, Gltf, Node, Primitive, Semantic};
 use buffers::Buffers;
 use glam::{Mat3, Mat4, Vec3, Vec4};
 
+/// Size of a GLB's header.
+const GLB_HEADER_BYTES: u8 = 12;
+
 /// Loads the content of a glTF or GLB file.
 pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
-    let Gltf { document, blob } = Gltf::from_slice(&bytes)
-        .map_err(|error| bad(path, None, format!("expected glTF 2.0: {error}")))?;
+    let (document, blob) = parse(path, &bytes)?;
     let buffers = Buffers::load(path, &document, blob)?;
     let Some(scene) = document
         .default_scene()
@@ -59,6 +61,34 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
         to_visit[first_child..].reverse();
     }
     Ok(parts)
+}
+
+/// The document, with every index in it checked, and a GLB's binary part.
+fn parse(path: &str, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneError> {
+    let invalid = |error: ::gltf::Error| bad(path, None, format!("expected glTF 2.0: {error}"));
+    // Two checks that the library takes for granted: a GLB is as long as its header, and positions exist.
+    let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8));
+    if length.is_some_and(|bytes| bytes[0] < GLB_HEADER_BYTES && bytes[1..] == [0; 3]) {
+        return Err(bad(
+            path,
+            None,
+            "the length in the GLB's header is less than the header's",
+        ));
+    }
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
+    let json = document.into_json();
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
+        let (index, count) = (accessor.value(), json.accessors.len());
+        if index >= count {
+            return Err(bad(
+                path,
+                None,
+                format!("has the accessor index {index}, expected one below {count}"),
+            ));
+        }
+    }
+    Ok((Document::from_json(json).map_err(invalid)?, blob))
 }
 
 /// A primitive's triangles in scene coordinates; none if it is made of points or lines.
@@ -158,9 +188,9 @@ fn part(
     Ok(Some(part))
 }
 
-/// A linear colour gamma-encoded, alpha as it is; what is no number becomes 0.
+/// A linear colour gamma-encoded, alpha as it is.
 fn encoded(linear: Vec4) -> Vec4 {
-    let linear = Vec4::from(linear.to_array().map(|channel| channel.max(0.0).min(1.0)));
+    let linear = linear.clamp(Vec4::ZERO, Vec4::ONE);
     linear.truncate().powf(1.0 / 2.2).extend(linear.w)
 }
 

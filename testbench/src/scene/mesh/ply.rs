@@ -2,20 +2,16 @@
 //!
 //! Colours are `red`, `green`, `blue` and `alpha`, integers of the type's full range or floats of 0..=1.
 
+mod elements;
+
 use super::bad;
 use crate::scene::SceneError;
-use crate::scene::geometry::{DEFAULT_ALPHA, Part};
-use glam::{Vec3, Vec4};
+use crate::scene::geometry::Part;
+use elements::{FACE_LISTS, Face, Ignored, Vertex};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    BeginList, DefaultElement, ElementDef, Encoding, Header, Property, PropertyAccess,
-    PropertyAccessResult, PropertyType,
-};
+use ply_rs_bw::ply::{DefaultElement, ElementDef, Encoding, Header, PropertyAccess, PropertyType};
 use std::io::ErrorKind;
 use std::path::Path;
-
-/// Names of the list with a face's vertices.
-const FACE_LISTS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// Loads the content of a PLY file as one part with the name of the file.
 pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
@@ -187,92 +183,5 @@ impl File<'_> {
         String::from_utf8_lossy(&text[..text.len().min(60)])
             .trim()
             .to_owned()
-    }
-}
-
-/// A vertex while it is read.
-struct Vertex {
-    position: Vec3,
-    colour: Vec4,
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Vertex {
-        Vertex {
-            position: Vec3::ZERO,
-            colour: Vec4::new(0.0, 0.0, 0.0, DEFAULT_ALPHA),
-        }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let (field, range) = match name {
-            "x" => (&mut self.position.x, 1.0),
-            "y" => (&mut self.position.y, 1.0),
-            "z" => (&mut self.position.z, 1.0),
-            "red" => (&mut self.colour.x, full_scale(&property)),
-            "green" => (&mut self.colour.y, full_scale(&property)),
-            "blue" => (&mut self.colour.z, full_scale(&property)),
-            "alpha" => (&mut self.colour.w, full_scale(&property)),
-            _ => return PropertyAccessResult::Ignored,
-        };
-        match property.to_f32_lossy() {
-            Some(value) if range == 1.0 && matches!(name, "x" | "y" | "z") => *field = value,
-            // A colour that is no number becomes 0.
-            Some(value) => *field = (value / range).max(0.0).min(1.0),
-            None => return PropertyAccessResult::UnsupportedType,
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-/// What stands for 1.0 in a colour of this type.
-fn full_scale(property: &Property) -> f32 {
-    match property {
-        Property::Char(_) => 127.0,
-        Property::UChar(_) => 255.0,
-        Property::Short(_) => 32767.0,
-        Property::UShort(_) => 65535.0,
-        Property::Int(_) => i32::MAX as f32,
-        Property::UInt(_) => u32::MAX as f32,
-        _ => 1.0,
-    }
-}
-
-/// A face's vertices while they are read.
-struct Face(Vec<i32>);
-
-impl PropertyAccess for Face {
-    fn new() -> Face {
-        Face(Vec::new())
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !FACE_LISTS.contains(&name) {
-            return PropertyAccessResult::Ignored;
-        }
-        let Some(list) = property.to_u32_list() else {
-            return PropertyAccessResult::UnsupportedType;
-        };
-        self.0 = list
-            .into_iter()
-            .map(|index| i32::try_from(index).unwrap_or(i32::MAX))
-            .collect();
-        PropertyAccessResult::Set
-    }
-
-    fn begin_list_int(&mut self, name: &str, _len: usize) -> BeginList<'_, i32> {
-        match FACE_LISTS.contains(&name) {
-            true => BeginList::Fill(&mut self.0),
-            false => BeginList::UseSetter,
-        }
-    }
-}
-
-/// An element of no interest.
-struct Ignored;
-
-impl PropertyAccess for Ignored {
-    fn new() -> Ignored {
-        Ignored
     }
 }
