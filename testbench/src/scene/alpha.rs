@@ -6,6 +6,8 @@ use super::geometry::Part;
 use std::str::FromStr;
 
 /// Sets the opacity of all parts of a scene, or of those of one name: `0.4` or `NAME=0.4`.
+///
+/// Opacity is 0..=1 and rounded to 255ths; 1 makes a part opaque, so that it hides what lies behind it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AlphaRule {
     name: Option<String>,

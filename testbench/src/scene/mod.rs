@@ -5,8 +5,8 @@
 //! can be played. The order of the stream is the order of submission, as a graphics API would see it: nothing is
 //! sorted, and opaque geometry may arrive after transparent geometry that it hides.
 //!
-//! The path of a mesh: [`mesh`] reads the file into parts, [`alpha`] gives parts their opacity, [`camera`] places the
-//! eye, [`shade`] lights the vertices, [`clip`] and [`raster`] turn each triangle into fragments.
+//! The path of a mesh: `mesh` reads the file into parts, `alpha` gives parts their opacity, `camera` places the
+//! eye, `shade` lights the vertices, `clip` and `raster` turn each triangle into fragments.
 
 mod alpha;
 mod built_in;
@@ -23,7 +23,7 @@ pub use built_in::{BuiltIn, built_in};
 pub use camera::{Camera, CameraError};
 pub use error::SceneError;
 
-use built_in::paper::Paper;
+use built_in::paper::{Frame, Paper};
 use built_in::smoke::Smoke;
 use geometry::Part;
 use pellucid_hw::pixel::Fragment;
@@ -119,37 +119,19 @@ impl Scene {
                     content: Content::Smoke(Smoke::new(options.camera, info)),
                 })
             }
-            _ if name.starts_with("paper-") && built_in::paper::frame(name).is_some() => {
-                refuse_alphas(name, options)?;
-                let sides = [
-                    ("width", options.width, DEFAULT_WIDTH),
-                    ("height", options.height, DEFAULT_HEIGHT),
-                ];
-                for (what, asked, fixed) in sides {
-                    if let Some(side) = asked.filter(|&side| side != fixed) {
-                        return Err(SceneError::FixedSize {
-                            scene: name.into(),
-                            what,
-                            side,
-                        });
-                    }
+            _ => match built_in::paper::frame(name) {
+                Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
+                None => {
+                    let parts = mesh::load(name)?;
+                    surface(
+                        name,
+                        parts,
+                        options.camera,
+                        info(built_in::BACKDROP),
+                        options,
+                    )
                 }
-                if options.camera.is_some() {
-                    return Err(SceneError::NoCamera { scene: name.into() });
-                }
-                let frame = built_in::paper::frame(name).expect("checked by the arm");
-                Ok(Scene {
-                    info: info(built_in::paper::BACKGROUND),
-                    content: Content::Paper(Paper::new(frame)),
-                })
-            }
-            _ => surface(
-                name,
-                mesh::load(name)?,
-                options.camera,
-                info(built_in::BACKDROP),
-                options,
-            ),
+            },
         }
     }
 
@@ -193,6 +175,37 @@ fn surface(
     Ok(Scene {
         info,
         content: Content::Surface(Surface::new(&parts, camera, info)),
+    })
+}
+
+fn paper(
+    name: &str,
+    frame: Frame,
+    info: FrameInfo,
+    options: &Options,
+) -> Result<Scene, SceneError> {
+    let scene = || name.to_owned();
+    refuse_alphas(name, options)?;
+    if options.camera.is_some() {
+        return Err(SceneError::NoCamera { scene: scene() });
+    }
+    if info.width != DEFAULT_WIDTH {
+        return Err(SceneError::FixedSize {
+            scene: scene(),
+            what: "width",
+            side: info.width,
+        });
+    }
+    if info.height != DEFAULT_HEIGHT {
+        return Err(SceneError::FixedSize {
+            scene: scene(),
+            what: "height",
+            side: info.height,
+        });
+    }
+    Ok(Scene {
+        info,
+        content: Content::Paper(Paper::new(frame)),
     })
 }
 

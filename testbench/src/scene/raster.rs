@@ -1,8 +1,8 @@
 //! Triangles to fragments, exactly: every pixel centre inside a triangle once, on a shared edge once in all.
 //!
 //! Corners are rounded to 1/256 pixel, and from there on coverage is integer arithmetic: an edge function is the cross
-//! product of the edge and the way to the pixel's centre. Inside the guard band a coordinate needs 22 bits and an edge
-//! function 46, so `i64` holds it without rounding. A centre on an edge belongs to the triangle whose top or left edge
+//! product of the edge and the way to the pixel's centre. Inside the guard band a coordinate needs 24 bits with its sign and
+//! an edge function 49, so `i64` holds it without rounding. A centre on an edge belongs to the triangle whose top or left edge
 //! it is. Depth is linear on the screen; colour is interpolated with perspective.
 
 use super::FrameInfo;

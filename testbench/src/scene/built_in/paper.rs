@@ -32,39 +32,19 @@ pub(in crate::scene) struct Frame {
 
 /// The paper's table.
 const FRAMES: [Frame; 8] = [
-    Frame {
-        number: 0,
-        pixels: [5812, 956, 6633, 2279, 189],
-    },
-    Frame {
-        number: 120,
-        pixels: [5723, 956, 6634, 2278, 189],
-    },
-    Frame {
-        number: 180,
-        pixels: [8713, 956, 6634, 2278, 189],
-    },
-    Frame {
-        number: 240,
-        pixels: [32588, 12040, 7235, 2279, 189],
-    },
-    Frame {
-        number: 300,
-        pixels: [26082, 2729, 6636, 2179, 121],
-    },
-    Frame {
-        number: 360,
-        pixels: [27421, 7094, 7006, 1569, 173],
-    },
-    Frame {
-        number: 420,
-        pixels: [15728, 3290, 6770, 1296, 15],
-    },
-    Frame {
-        number: 480,
-        pixels: [95226, 8716, 6711, 671, 0],
-    },
+    counted(0, [5812, 956, 6633, 2279, 189]),
+    counted(120, [5723, 956, 6634, 2278, 189]),
+    counted(180, [8713, 956, 6634, 2278, 189]),
+    counted(240, [32588, 12040, 7235, 2279, 189]),
+    counted(300, [26082, 2729, 6636, 2179, 121]),
+    counted(360, [27421, 7094, 7006, 1569, 173]),
+    counted(420, [15728, 3290, 6770, 1296, 15]),
+    counted(480, [95226, 8716, 6711, 671, 0]),
 ];
+
+const fn counted(number: u32, pixels: [usize; 5]) -> Frame {
+    Frame { number, pixels }
+}
 
 /// The frame with the name `paper-NUMBER`.
 pub(in crate::scene) fn frame(name: &str) -> Option<Frame> {
@@ -159,9 +139,20 @@ mod tests {
 
     #[test]
     fn every_frame_has_exactly_the_papers_pixels() {
-        for frame in FRAMES {
+        let table = [
+            ("paper-0", [5812, 956, 6633, 2279, 189]),
+            ("paper-120", [5723, 956, 6634, 2278, 189]),
+            ("paper-180", [8713, 956, 6634, 2278, 189]),
+            ("paper-240", [32588, 12040, 7235, 2279, 189]),
+            ("paper-300", [26082, 2729, 6636, 2179, 121]),
+            ("paper-360", [27421, 7094, 7006, 1569, 173]),
+            ("paper-420", [15728, 3290, 6770, 1296, 15]),
+            ("paper-480", [95226, 8716, 6711, 671, 0]),
+        ];
+        for (name, expected) in table {
             let mut depths = vec![0usize; (WIDTH * HEIGHT) as usize];
-            let Ok(()) = Paper::new(frame).play(&mut |f| -> Result<(), Infallible> {
+            let paper = Paper::new(frame(name).unwrap());
+            let Ok(()) = paper.play(&mut |f| -> Result<(), Infallible> {
                 assert!(f.x < WIDTH && f.y < HEIGHT && f.z < Z_FAR, "{f:?}");
                 assert!((1..=254).contains(&(f.rgba & 0xff)), "{f:?}");
                 depths[(f.y * WIDTH + f.x) as usize] += 1;
@@ -169,7 +160,7 @@ mod tests {
             });
             let mut pixels = [0; 6];
             depths.into_iter().for_each(|depth| pixels[depth] += 1);
-            assert_eq!(pixels[1..], frame.pixels, "frame {}", frame.number);
+            assert_eq!(pixels[1..], expected, "{name}");
         }
     }
 

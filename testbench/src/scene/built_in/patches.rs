@@ -3,8 +3,8 @@
 //! The teapot is symmetric, so that a quarter of its bodies of revolution and a half of its handle and spout say it
 //! all: ten patches, which their mirror images make the full 32. The bottom was added by F. Crow.
 
-#[rustfmt::skip]
 /// Control points; z is up, the spout points along x.
+#[rustfmt::skip]
 pub(super) const POINTS: [[f32; 3]; 127] = [
     [0.2, 0.0, 2.7], [0.2, -0.112, 2.7], [0.112, -0.2, 2.7], [0.0, -0.2, 2.7],
     [1.3375, 0.0, 2.53125], [1.3375, -0.749, 2.53125], [0.749, -1.3375, 2.53125], [0.0, -1.3375, 2.53125],

@@ -212,3 +212,27 @@ fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_become_triangles() {
+        let indices = [4, 5, 6, 7];
+        assert_eq!(
+            triangles(Mode::Triangles, &indices[..3]),
+            Some(vec![[4, 5, 6]])
+        );
+        assert_eq!(
+            triangles(Mode::TriangleStrip, &indices),
+            Some(vec![[4, 5, 6], [5, 6, 7]])
+        );
+        assert_eq!(
+            triangles(Mode::TriangleFan, &indices),
+            Some(vec![[4, 5, 6], [4, 6, 7]])
+        );
+        assert_eq!(triangles(Mode::TriangleFan, &[]), Some(vec![]));
+        assert_eq!(triangles(Mode::LineStrip, &indices), None);
+    }
+}

@@ -16,7 +16,7 @@ use std::cell::RefCell;
 use std::fs;
 use std::io;
 use std::path::Path;
-use tobj::{LoadError, LoadOptions, MTLLoadResult, Material, Mesh, Model};
+use tobj::{LoadError, LoadOptions, Material, Mesh, Model};
 
 /// Loads the content of an OBJ file.
 pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
@@ -28,11 +28,20 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
     };
     let mut text = Tracked::new(&bytes);
     let library_error = RefCell::new(None);
+    let refuse = |error| {
+        *library_error.borrow_mut() = Some(error);
+        LoadError::ReadError
+    };
     let library = |name: &Path| {
-        read_library(&Path::new(path).with_file_name("").join(name)).unwrap_or_else(|error| {
-            *library_error.borrow_mut() = Some(error);
-            Err(LoadError::ReadError)
-        })
+        let path = Path::new(path)
+            .with_file_name("")
+            .join(name)
+            .to_string_lossy()
+            .into_owned();
+        let bytes = library_content(&path).map_err(refuse)?;
+        let mut text = Tracked::new(&bytes);
+        let expected = "expected a line of a material library";
+        tobj::load_mtl_buf(&mut text).map_err(|_| refuse(bad(&path, Some(text.line()), expected)))
     };
     let loaded = tobj::load_obj_buf(&mut text, &options, library);
     if let Some(error) = library_error.into_inner() {
@@ -69,13 +78,17 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
     Ok(parts)
 }
 
-/// Reads a material library; one that does not exist is empty.
-fn read_library(path: &Path) -> Result<MTLLoadResult, SceneError> {
-    let name = path.to_string_lossy().into_owned();
+/// The content of a material library, nothing if it does not exist.
+fn library_content(path: &str) -> Result<Vec<u8>, SceneError> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Ok(Default::default())),
-        Err(source) => return Err(SceneError::Unreadable { path: name, source }),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(source) => {
+            return Err(SceneError::Unreadable {
+                path: path.into(),
+                source,
+            });
+        }
     };
     // The loader takes it for granted that a colour has three numbers.
     for (line, words) in words(&bytes).enumerate() {
@@ -89,21 +102,13 @@ fn read_library(path: &Path) -> Result<MTLLoadResult, SceneError> {
                 < 3
         {
             return Err(bad(
-                &name,
+                path,
                 Some(line + 1),
                 format!("expected three numbers after {}", words[0]),
             ));
         }
     }
-    let mut text = Tracked::new(&bytes);
-    match tobj::load_mtl_buf(&mut text) {
-        Ok(materials) => Ok(Ok(materials)),
-        Err(_) => Err(bad(
-            &name,
-            Some(text.line()),
-            "expected a line of a material library",
-        )),
-    }
+    Ok(bytes)
 }
 
 fn part(model: &Model, material: Option<&Material>) -> Part {

@@ -26,11 +26,7 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
     check(path, &header)?;
     let ascii = header.encoding == Encoding::Ascii;
 
-    let mut name = Path::new(path);
-    while name.extension().is_some() {
-        name = Path::new(name.file_stem().unwrap_or_default());
-    }
-    let mut part = Part::new(vec![name.to_string_lossy().into_owned()]);
+    let mut part = Part::new(vec![stem(path)]);
     let colours = ["red", "green", "blue"]
         .iter()
         .all(|name| header.elements["vertex"].properties.contains_key(*name));
@@ -64,32 +60,51 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
     }
 
     let (first_line, faces) = faces;
-    let vertices = part.positions.len();
     part.triangles.reserve(faces.len());
     for (i, Face(corners)) in faces.iter().enumerate() {
-        let line = ascii.then_some(first_line + i);
-        if corners.len() < 3 {
-            return Err(bad(
+        let in_face = |what| {
+            bad(
                 path,
-                line,
-                format!("face {i} has {} corners, expected 3 or more", corners.len()),
-            ));
-        }
-        if let Some(index) = corners.iter().find(|&&index| {
-            usize::try_from(index)
-                .is_ok_and(|i| i < vertices)
-                .eq(&false)
-        }) {
-            let what =
-                format!("face {i} has the vertex index {index}, expected one below {vertices}");
-            return Err(bad(path, line, what));
-        }
-        let fan = corners[1..]
-            .windows(2)
-            .map(|pair| [corners[0], pair[0], pair[1]].map(|index| index as u32));
-        part.triangles.extend(fan);
+                ascii.then_some(first_line + i),
+                format!("face {i} has {what}"),
+            )
+        };
+        part.triangles
+            .extend(fan(corners, part.positions.len()).map_err(in_face)?);
     }
     Ok(vec![part])
+}
+
+/// A polygon's triangles around its first corner, or what is wrong with its indices into `vertices` vertices.
+fn fan(corners: &[i32], vertices: usize) -> Result<impl Iterator<Item = [u32; 3]>, String> {
+    if corners.len() < 3 {
+        return Err(format!("{} corners, expected 3 or more", corners.len()));
+    }
+    let known = |index: i32| usize::try_from(index).is_ok_and(|index| index < vertices);
+    if let Some(index) = corners.iter().find(|&&index| !known(index)) {
+        return Err(format!(
+            "the vertex index {index}, expected one below {vertices}"
+        ));
+    }
+    let triangle = |pair: &[i32]| [corners[0], pair[0], pair[1]].map(|index| index as u32);
+    Ok(corners[1..].windows(2).map(triangle))
+}
+
+/// The name of the file without its extension.
+fn stem(path: &str) -> String {
+    let name = Path::new(path)
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy();
+    let without = |extension: &str| {
+        let at = name.len().checked_sub(extension.len())?;
+        name.get(at..)?
+            .eq_ignore_ascii_case(extension)
+            .then(|| name[..at].to_owned())
+    };
+    without(".ply.gz")
+        .or_else(|| without(".ply"))
+        .unwrap_or_else(|| name.to_string())
 }
 
 /// Refuses a header without the elements and properties that a mesh needs.

@@ -24,20 +24,19 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let (field, range) = match name {
-            "x" => (&mut self.position.x, 1.0),
-            "y" => (&mut self.position.y, 1.0),
-            "z" => (&mut self.position.z, 1.0),
-            "red" => (&mut self.colour.x, full_scale(&property)),
-            "green" => (&mut self.colour.y, full_scale(&property)),
-            "blue" => (&mut self.colour.z, full_scale(&property)),
-            "alpha" => (&mut self.colour.w, full_scale(&property)),
-            _ => return PropertyAccessResult::Ignored,
+        let Some(value) = property.to_f32_lossy() else {
+            return PropertyAccessResult::Ignored;
         };
-        match property.to_f32_lossy() {
-            Some(value) if range == 1.0 && matches!(name, "x" | "y" | "z") => *field = value,
-            Some(value) => *field = (value / range).clamp(0.0, 1.0),
-            None => return PropertyAccessResult::UnsupportedType,
+        let channel = || (value / full_scale(&property)).clamp(0.0, 1.0);
+        match name {
+            "x" => self.position.x = value,
+            "y" => self.position.y = value,
+            "z" => self.position.z = value,
+            "red" => self.colour.x = channel(),
+            "green" => self.colour.y = channel(),
+            "blue" => self.colour.z = channel(),
+            "alpha" => self.colour.w = channel(),
+            _ => return PropertyAccessResult::Ignored,
         }
         PropertyAccessResult::Set
     }

@@ -1,7 +1,7 @@
 //! glTF with embedded, external and binary buffers.
 
 use super::*;
-use glam::{Vec3, Vec4, vec3};
+use glam::{Vec3, Vec4, vec3, vec4};
 
 /// One triangle at a node that is moved by (10, 0, 0) and mirrored, below one that is moved by (0, 5, 0).
 fn gltf(buffer: &str) -> String {
@@ -120,6 +120,10 @@ fn a_bad_gltf_is_refused() {
             "a.gltf: node 1 has two parents, expected a tree",
         ),
         (
+            good.replace(r#""POSITION":0"#, r#""POSITION":9"#),
+            "a.gltf: has the accessor index 9, expected one below 2",
+        ),
+        (
             good.replace(r#""mesh":0,"#, ""),
             "a.gltf: has no triangles, expected at least one",
         ),
@@ -133,6 +137,29 @@ fn a_bad_gltf_is_refused() {
         assert!(
             message("a.glb", &glb[..length]).starts_with("a.glb: "),
             "{length} bytes"
+        );
+    }
+}
+
+#[test]
+fn gltf_vertex_colours_are_used_with_or_without_alpha() {
+    let coloured = |kind: &str| {
+        let accessors = format!(
+            r#","type":"SCALAR"}},
+            {{"bufferView":0,"byteOffset":12,"componentType":5121,"normalized":true,"count":3,"type":"{kind}"}}]"#
+        );
+        embedded(&gltf_data())
+            .replace(r#","type":"SCALAR"}]"#, &accessors)
+            .replace(r#""POSITION":0}"#, r#""POSITION":0,"COLOR_0":2}"#)
+            .replace(r#","material":0"#, "")
+    };
+    // The colours lie over the second position, whose x is 1.0: the bytes 0, 0, 0x80, 0x3f.
+    let blue = (128.0f32 / 255.0).powf(1.0 / 2.2);
+    for (kind, alpha) in [("VEC3", 0.5), ("VEC4", 63.0 / 255.0)] {
+        let colour = loaded("a.gltf", coloured(kind)).unwrap()[0].colours[0];
+        assert!(
+            colour.abs_diff_eq(vec4(0.0, 0.0, blue, alpha), 1e-6),
+            "{colour}"
         );
     }
 }
