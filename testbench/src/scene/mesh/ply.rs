@@ -177,7 +177,7 @@ impl File<'_> {
         let line = error.line().filter(|_| ascii);
         let what = match (error.kind(), line) {
             (ErrorKind::UnexpectedEof, _) => {
-                format!("the file ends before all {count} elements `{name}`")
+                format!("the file ends early: the header declares {count} of the element `{name}`")
             }
             (_, Some(line)) => format!(
                 "`{}` is no element `{name}` as the header declares it",

@@ -66,7 +66,7 @@ fn a_binary_ply_gives_the_same_in_both_byte_orders() {
         file.pop();
         assert_eq!(
             message("b.ply", &file),
-            "b.ply: the file ends before all 1 elements `face`"
+            "b.ply: the file ends early: the header declares 1 of the element `face`"
         );
     }
 }
@@ -124,7 +124,7 @@ fn a_bad_ply_is_refused_with_its_line() {
         ),
         (
             PLY.replace("4 0 1 2 3\n", ""),
-            "a.ply, line 14: the file ends before all 1 elements `face`",
+            "a.ply, line 14: the file ends early: the header declares 1 of the element `face`",
         ),
         (
             PLY[..40].to_owned(),
