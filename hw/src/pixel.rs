@@ -27,12 +27,15 @@ pub struct Fragment {
     pub rgba: u32,
 }
 
-/// The screen that a machine is built for.
+/// The longest side of a screen, in pixels.
+pub const MAX_SIDE: u32 = 8192;
+
+/// The screen that a machine is built for: what is known of a frame before its first fragment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Screen {
-    /// Columns, at least 1.
+    /// Columns, 1 to [`MAX_SIDE`].
     pub width: u32,
-    /// Rows, at least 1.
+    /// Rows, 1 to [`MAX_SIDE`].
     pub height: u32,
     /// Colour where nothing was drawn, `0xRRGGBB`.
     pub background: u32,

@@ -14,8 +14,8 @@
 
 use pellucid_hw::pixel::{Fragment, Z_FAR};
 
-use crate::frame::FrameInfo;
 use crate::image::Image;
+use pellucid_hw::pixel::Screen;
 
 /// No record: the end of a pixel's chain. It bounds the records, whose indices are below it.
 const NONE: u32 = u32::MAX;
@@ -84,7 +84,7 @@ struct Pixel {
 
 /// The golden model of one frame: takes fragments in arrival order, then gives the [`Reference`].
 pub struct Golden {
-    info: FrameInfo,
+    info: Screen,
     pixels: Vec<Pixel>,
     blocks: Vec<Vec<Record>>,
     /// Records in `blocks`.
@@ -126,12 +126,8 @@ pub struct Reference {
 
 impl Golden {
     /// An empty frame.
-    pub fn new(info: FrameInfo) -> Golden {
-        let clear = Pixel {
-            z: Z_FAR,
-            colour: info.background,
-            latest: NONE,
-        };
+    pub fn new(info: Screen) -> Golden {
+        let clear = Pixel { z: Z_FAR, colour: info.background, latest: NONE };
         Golden {
             info,
             pixels: vec![clear; info.width as usize * info.height as usize],
@@ -148,15 +144,10 @@ impl Golden {
     /// # Errors
     /// The fragment is outside the frame, or there are more than 2^32-1 to store.
     pub fn push(&mut self, fragment: Fragment) -> Result<(), GoldenError> {
-        let FrameInfo { width, height, .. } = self.info;
+        let Screen { width, height, .. } = self.info;
         let number = self.fragments + 1;
         if fragment.x >= width || fragment.y >= height || fragment.z > Z_FAR {
-            return Err(GoldenError::Outside {
-                number,
-                fragment,
-                width,
-                height,
-            });
+            return Err(GoldenError::Outside { number, fragment, width, height });
         }
         let pixel = &mut self.pixels[fragment.y as usize * width as usize + fragment.x as usize];
         if fragment.rgba & 0xff == 255 {
@@ -170,11 +161,7 @@ impl Golden {
                 let limit = self.limit;
                 return Err(GoldenError::TooMany { number, limit });
             }
-            let record = Record {
-                previous: pixel.latest,
-                z: fragment.z,
-                rgba: fragment.rgba,
-            };
+            let record = Record { previous: pixel.latest, z: fragment.z, rgba: fragment.rgba };
             pixel.latest = self.stored;
             self.stored += 1;
             match self.blocks.last_mut() {
@@ -204,10 +191,8 @@ impl Golden {
                 let own = rest.iter().take_while(|layer| layer.pixel == number);
                 let (own, others) = rest.split_at(own.count());
                 rest = others;
-                colours.push(
-                    own.iter()
-                        .fold(pixel.colour, |below, layer| blend(layer.rgba, below)),
-                );
+                colours
+                    .push(own.iter().fold(pixel.colour, |below, layer| blend(layer.rgba, below)));
                 blended += own.len() as u64;
                 count(&mut layer_histogram, own.len());
                 count(&mut stored_histogram, stored);
@@ -215,11 +200,7 @@ impl Golden {
         }
         let transparent = self.fragments - self.opaque;
         Reference {
-            image: Image {
-                width: self.info.width,
-                height: self.info.height,
-                pixels: colours,
-            },
+            image: Image { width: self.info.width, height: self.info.height, pixels: colours },
             fragments: self.fragments,
             opaque: self.opaque,
             transparent,
@@ -247,11 +228,7 @@ impl Golden {
                 let record = self.blocks[*index as usize / BLOCK][*index as usize % BLOCK];
                 stored[*pixel as usize] += 1;
                 if record.z < group[*pixel as usize].z {
-                    layers.push(Layer {
-                        pixel: *pixel,
-                        z: record.z,
-                        rgba: record.rgba,
-                    });
+                    layers.push(Layer { pixel: *pixel, z: record.z, rgba: record.rgba });
                 }
                 *index = record.previous;
                 *index != NONE

@@ -43,8 +43,7 @@ impl Image {
     /// The file cannot be written, or `pixels` does not hold `width * height` colours.
     pub fn write_png(&self, path: &Path) -> Result<(), OutputError> {
         let mut file = AtomicFile::create(path)?;
-        self.encode_png(&mut file)
-            .map_err(|error| OutputError::write(path, &error.into()))?;
+        self.encode_png(&mut file).map_err(|error| OutputError::write(path, &error.into()))?;
         file.finish()
     }
 
@@ -104,11 +103,7 @@ mod tests {
     use std::io::BufReader;
 
     fn image(width: u32, height: u32, pixels: &[u32]) -> Image {
-        Image {
-            width,
-            height,
-            pixels: pixels.to_vec(),
-        }
+        Image { width, height, pixels: pixels.to_vec() }
     }
 
     #[test]
@@ -124,11 +119,7 @@ mod tests {
         // (1,0): green 0x25 - 0x20 = 5. (1,1): red 1, blue 0x63 = 99.
         assert_eq!(
             a.compare(&b),
-            Difference {
-                mismatched_pixels: 2,
-                max_error: 99,
-                first: Some((1, 0))
-            }
+            Difference { mismatched_pixels: 2, max_error: 99, first: Some((1, 0)) }
         );
         assert_eq!(a.compare(&b), b.compare(&a));
     }
@@ -140,11 +131,7 @@ mod tests {
         let b = image(1, 2, &[0, 0]);
         assert_eq!(
             a.compare(&b),
-            Difference {
-                mismatched_pixels: 2,
-                max_error: 255,
-                first: Some((1, 0))
-            }
+            Difference { mismatched_pixels: 2, max_error: 255, first: Some((1, 0)) }
         );
     }
 
@@ -152,19 +139,13 @@ mod tests {
     fn png_reads_back_as_eight_bit_rgb() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("image.png");
-        image(2, 2, &[0x010203, 0xfffefd, 0, 0x808182])
-            .write_png(&path)
-            .unwrap();
-        let mut reader = png::Decoder::new(BufReader::new(File::open(&path).unwrap()))
-            .read_info()
-            .unwrap();
+        image(2, 2, &[0x010203, 0xfffefd, 0, 0x808182]).write_png(&path).unwrap();
+        let mut reader =
+            png::Decoder::new(BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut bytes).unwrap();
         assert_eq!((info.width, info.height), (2, 2));
-        assert_eq!(
-            (info.color_type, info.bit_depth),
-            (png::ColorType::Rgb, png::BitDepth::Eight)
-        );
+        assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
         assert_eq!(bytes, [1, 2, 3, 255, 254, 253, 0, 0, 0, 128, 129, 130]);
     }
 
@@ -179,12 +160,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_named() {
-        let error = image(1, 1, &[0])
-            .write_png(Path::new("/dev/full"))
-            .unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "cannot write `/dev/full`: No space left on device"
-        );
+        let error = image(1, 1, &[0]).write_png(Path::new("/dev/full")).unwrap_err();
+        assert_eq!(error.to_string(), "cannot write `/dev/full`: No space left on device");
     }
 }

@@ -39,17 +39,11 @@ pub enum OutputError {
 impl OutputError {
     /// The error of writing `path`, whose final name the user knows.
     pub fn write(path: &Path, error: &io::Error) -> OutputError {
-        OutputError::Write {
-            path: path.to_owned(),
-            reason: reason(error),
-        }
+        OutputError::Write { path: path.to_owned(), reason: reason(error) }
     }
 
     fn folder(path: &Path, error: &io::Error) -> OutputError {
-        OutputError::Folder {
-            path: path.to_owned(),
-            reason: reason(error),
-        }
+        OutputError::Folder { path: path.to_owned(), reason: reason(error) }
     }
 }
 
@@ -110,16 +104,13 @@ impl AtomicFile {
     /// The disk is full, or the target cannot be replaced. Nothing is left behind then.
     pub fn finish(self) -> Result<(), OutputError> {
         let AtomicFile { path, file, rename } = self;
-        let done = file
-            .into_inner()
-            .map_err(io::IntoInnerError::into_error)
-            .and_then(|file| {
-                drop(file);
-                match rename {
-                    Some(Rename { from, to }) => from.persist(to).map_err(|error| error.error),
-                    None => Ok(()),
-                }
-            });
+        let done = file.into_inner().map_err(io::IntoInnerError::into_error).and_then(|file| {
+            drop(file);
+            match rename {
+                Some(Rename { from, to }) => from.persist(to).map_err(|error| error.error),
+                None => Ok(()),
+            }
+        });
         done.map_err(|error| OutputError::write(&path, &error))
     }
 }
@@ -175,10 +166,7 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
 /// `path` is a file, or the folder cannot be made or written to.
 pub fn create_dir(path: &Path) -> Result<(), OutputError> {
     if path.exists() && !path.is_dir() {
-        return Err(OutputError::folder(
-            path,
-            &io::Error::other("it is a file, not a folder"),
-        ));
+        return Err(OutputError::folder(path, &io::Error::other("it is a file, not a folder")));
     }
     fs::create_dir_all(path)
         .and_then(|()| tempfile::tempfile_in(path))

@@ -2,17 +2,13 @@ use super::*;
 use pellucid_hw::pixel::rgba;
 use proptest::prelude::*;
 
-const BLACK: FrameInfo = FrameInfo {
-    width: 2,
-    height: 1,
-    background: 0,
-};
+const BLACK: Screen = Screen { width: 2, height: 1, background: 0 };
 
 fn at(x: u32, z: u32, rgba: u32) -> Fragment {
     Fragment { x, y: 0, z, rgba }
 }
 
-fn run(info: FrameInfo, fragments: &[Fragment]) -> Reference {
+fn run(info: Screen, fragments: &[Fragment]) -> Reference {
     let mut golden = Golden::new(info);
     for &fragment in fragments {
         golden.push(fragment).unwrap();
@@ -38,10 +34,7 @@ fn blending_rounds_exactly_for_every_alpha_source_and_destination() {
                 // The same values go through each channel in turn, beside a channel that must not leak.
                 let below = u32::from_be_bytes([0, c, 255, c]);
                 let [_, r, g, b] = blend(rgba(s, 255, s, a), below).to_be_bytes();
-                assert!(
-                    (255 * u32::from(r)).abs_diff(exact) <= 127,
-                    "a={a} s={s} c={c}: {r}"
-                );
+                assert!((255 * u32::from(r)).abs_diff(exact) <= 127, "a={a} s={s} c={c}: {r}");
                 assert_eq!((g, b), (255, r), "a={a} s={s} c={c}");
             }
         }
@@ -50,11 +43,7 @@ fn blending_rounds_exactly_for_every_alpha_source_and_destination() {
 
 #[test]
 fn an_empty_frame_is_background() {
-    let info = FrameInfo {
-        width: 2,
-        height: 2,
-        background: 0x123456,
-    };
+    let info = Screen { width: 2, height: 2, background: 0x123456 };
     let reference = run(info, &[]);
     assert_eq!(reference.image.pixels, [0x123456; 4]);
     assert_eq!(reference.layer_histogram, [4]);
@@ -67,10 +56,7 @@ fn two_layers_by_hand() {
     // Nearer arrives first. Far: red 200, alpha 128, over black:
     //   128*200 + 127*0 = 25600; / 255 = 100.39 -> 100.
     // Near: red 50, alpha 64, over 100: 64*50 + 191*100 = 22300; / 255 = 87.45 -> 87.
-    let fragments = [
-        at(0, 10, rgba(50, 0, 0, 64)),
-        at(0, 20, rgba(200, 0, 0, 128)),
-    ];
+    let fragments = [at(0, 10, rgba(50, 0, 0, 64)), at(0, 20, rgba(200, 0, 0, 128))];
     let reference = run(BLACK, &fragments);
     assert_eq!(reference.image.pixels, [87 << 16, 0]);
     assert_eq!((reference.blended, reference.culled), (2, 0));
@@ -125,10 +111,7 @@ fn nothing_at_the_far_plane_is_visible() {
 
 #[test]
 fn alpha_zero_counts_as_a_layer_and_changes_no_colour() {
-    let info = FrameInfo {
-        background: 0x336699,
-        ..BLACK
-    };
+    let info = Screen { background: 0x336699, ..BLACK };
     let reference = run(info, &[at(0, 1, 0xffffff00)]);
     assert_eq!(reference.image.pixels, [0x336699; 2]);
     assert_eq!((reference.blended, reference.stored), (1, 1));
@@ -175,7 +158,7 @@ fn more_records_than_indices_are_refused() {
 }
 
 /// The rules read literally: for each pixel, search the whole frame for the next fragment to blend.
-fn oracle(info: FrameInfo, fragments: &[Fragment]) -> (Vec<u32>, Vec<usize>) {
+fn oracle(info: Screen, fragments: &[Fragment]) -> (Vec<u32>, Vec<usize>) {
     let mut colours = Vec::new();
     let mut layers = Vec::new();
     for y in 0..info.height {
@@ -188,11 +171,8 @@ fn oracle(info: FrameInfo, fragments: &[Fragment]) -> (Vec<u32>, Vec<usize>) {
                     (depth, colour) = (fragment.z, fragment.rgba >> 8);
                 }
             }
-            let mut left: Vec<&Fragment> = fragments
-                .iter()
-                .filter(here)
-                .filter(|f| !f.is_opaque() && f.z < depth)
-                .collect();
+            let mut left: Vec<&Fragment> =
+                fragments.iter().filter(here).filter(|f| !f.is_opaque() && f.z < depth).collect();
             layers.push(left.len());
             while let Some(z) = left.iter().map(|f| f.z).max() {
                 let first = left.iter().position(|f| f.z == z).unwrap();
@@ -233,7 +213,7 @@ proptest! {
         fragments in prop::collection::vec(any_fragment(), 0..80),
         background in 0..1_u32 << 24,
     ) {
-        let info = FrameInfo { width: 3, height: 2, background };
+        let info = Screen { width: 3, height: 2, background };
         let reference = run(info, &fragments);
         let (colours, layers) = oracle(info, &fragments);
         prop_assert_eq!(&reference.image.pixels, &colours);
@@ -252,7 +232,7 @@ proptest! {
     fn what_is_stored_is_what_an_early_test_lets_through(
         fragments in prop::collection::vec(any_fragment(), 0..80),
     ) {
-        let reference = run(FrameInfo { width: 3, height: 2, background: 0 }, &fragments);
+        let reference = run(Screen { width: 3, height: 2, background: 0 }, &fragments);
         let mut stored = [0_usize; 6];
         for (i, f) in fragments.iter().enumerate() {
             let depth = fragments[..i]
@@ -276,7 +256,7 @@ proptest! {
     fn the_order_across_pixels_does_not_matter(
         fragments in prop::collection::vec(any_fragment(), 0..80),
     ) {
-        let info = FrameInfo { width: 3, height: 2, background: 0x808080 };
+        let info = Screen { width: 3, height: 2, background: 0x808080 };
         let mut by_pixel = fragments.clone();
         by_pixel.sort_by_key(|f| (f.y, f.x)); // stable: the order within a pixel stays
         prop_assert_eq!(run(info, &fragments), run(info, &by_pixel));

@@ -95,10 +95,7 @@ fn a_missing_folder_is_named_without_the_temporary_name() {
     let path = folder.path().join("missing/image.png");
     assert_eq!(
         AtomicFile::create(&path).unwrap_err().to_string(),
-        format!(
-            "cannot write `{}`: No such file or directory",
-            path.display()
-        )
+        format!("cannot write `{}`: No such file or directory", path.display())
     );
 }
 
@@ -128,10 +125,7 @@ fn a_file_is_no_output_folder() {
     fs::write(&path, "").unwrap();
     assert_eq!(
         create_dir(&path).unwrap_err().to_string(),
-        format!(
-            "cannot use `{}` as output folder: it is a file, not a folder",
-            path.display()
-        )
+        format!("cannot use `{}` as output folder: it is a file, not a folder", path.display())
     );
 }
 

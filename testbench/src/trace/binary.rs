@@ -23,7 +23,7 @@ use super::csv_header;
 use super::error::TraceError;
 use super::fields;
 use super::window::Window;
-use crate::frame::FrameInfo;
+use pellucid_hw::pixel::Screen;
 
 /// The first bytes of a file; the last of them is the version.
 pub(super) const MAGIC: [u8; 8] = *b"\x89PTRACE\x01";
@@ -36,7 +36,7 @@ const RECORD_BYTES: usize = 11;
 const BLOCK_RECORDS: usize = 1 << 14;
 
 /// The header of a file.
-pub(super) fn header(info: FrameInfo) -> [u8; HEADER_BYTES] {
+pub(super) fn header(info: Screen) -> [u8; HEADER_BYTES] {
     let mut bytes = [0; HEADER_BYTES];
     bytes[..8].copy_from_slice(&MAGIC);
     bytes[8..10].copy_from_slice(&(info.width as u16).to_le_bytes());
@@ -65,7 +65,7 @@ pub(super) fn end(count: u64) -> [u8; RECORD_BYTES] {
 pub(super) struct Reader<'a, R> {
     path: &'a Path,
     window: Window<R>,
-    info: FrameInfo,
+    info: Screen,
     /// Fragments read.
     count: u64,
 }
@@ -74,9 +74,7 @@ impl<'a, R: Read> Reader<'a, R> {
     /// Reads and checks the header. `path` is for messages.
     pub(super) fn new(path: &'a Path, reader: R) -> Result<Reader<'a, R>, TraceError> {
         let mut window = Window::new(reader);
-        window
-            .want(HEADER_BYTES)
-            .map_err(|error| TraceError::read(path, &error))?;
+        window.want(HEADER_BYTES).map_err(|error| TraceError::read(path, &error))?;
         let bytes = window.bytes();
         if bytes.starts_with(csv_header::MARK.as_bytes()) {
             return Err(TraceError::OtherForm {
@@ -91,15 +89,10 @@ impl<'a, R: Read> Reader<'a, R> {
             problem,
         })?;
         window.consume(HEADER_BYTES);
-        Ok(Reader {
-            path,
-            window,
-            info,
-            count: 0,
-        })
+        Ok(Reader { path, window, info, count: 0 })
     }
 
-    pub(super) fn info(&self) -> FrameInfo {
+    pub(super) fn info(&self) -> Screen {
         self.info
     }
 
@@ -163,9 +156,7 @@ impl<'a, R: Read> Reader<'a, R> {
     }
 
     fn want(&mut self, bytes: usize) -> Result<(), TraceError> {
-        self.window
-            .want(bytes)
-            .map_err(|error| TraceError::read(self.path, &error))
+        self.window.want(bytes).map_err(|error| TraceError::read(self.path, &error))
     }
 
     /// An error in the record after the fragments read.
@@ -181,25 +172,14 @@ impl<'a, R: Read> Reader<'a, R> {
 
 fn decode(record: &[u8; RECORD_BYTES]) -> [u32; 7] {
     let [x0, x1, y0, y1, z0, z1, z2, r, g, b, a] = record.map(u32::from);
-    [
-        x0 | x1 << 8,
-        y0 | y1 << 8,
-        z0 | z1 << 8 | z2 << 16,
-        r,
-        g,
-        b,
-        a,
-    ]
+    [x0 | x1 << 8, y0 | y1 << 8, z0 | z1 << 8 | z2 << 16, r, g, b, a]
 }
 
 /// The frame of a header, or the offset and what is wrong there.
-fn parse_header(bytes: &[u8]) -> Result<FrameInfo, (u64, String)> {
+fn parse_header(bytes: &[u8]) -> Result<Screen, (u64, String)> {
     let magic = bytes.iter().zip(&MAGIC).take_while(|(a, b)| a == b).count();
     if magic < 7 {
-        return Err((
-            0,
-            "found no trace, expected the bytes 89 50 54 52 41 43 45".into(),
-        ));
+        return Err((0, "found no trace, expected the bytes 89 50 54 52 41 43 45".into()));
     }
     let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
         let found = bytes.len();
@@ -207,13 +187,10 @@ fn parse_header(bytes: &[u8]) -> Result<FrameInfo, (u64, String)> {
         return Err((found as u64, problem));
     };
     if magic < MAGIC.len() {
-        return Err((
-            7,
-            format!("version is {}, expected {}", header[7], MAGIC[7]),
-        ));
+        return Err((7, format!("version is {}, expected {}", header[7], MAGIC[7])));
     }
     let half = |at: usize| u32::from(header[at]) | u32::from(header[at + 1]) << 8;
-    let info = FrameInfo {
+    let info = Screen {
         width: half(8),
         height: half(10),
         background: u32::from_be_bytes([0, header[12], header[13], header[14]]),

@@ -22,7 +22,7 @@ use super::digits;
 use super::error::TraceError;
 use super::fields;
 use super::window::Window;
-use crate::frame::FrameInfo;
+use pellucid_hw::pixel::Screen;
 
 /// The line that names the columns.
 pub(super) const COLUMNS: &str = "x,y,z,r,g,b,a";
@@ -37,17 +37,13 @@ const QUICK_BYTES: usize = 7 * 9 + 1;
 /// A reader past the first two lines.
 pub(super) struct Reader<'a, R> {
     lines: Lines<'a, R>,
-    info: FrameInfo,
+    info: Screen,
 }
 
 impl<'a, R: Read> Reader<'a, R> {
     /// Reads and checks the first two lines. `path` is for messages.
     pub(super) fn new(path: &'a Path, reader: R) -> Result<Reader<'a, R>, TraceError> {
-        let mut lines = Lines {
-            path,
-            window: Window::new(reader),
-            number: 0,
-        };
+        let mut lines = Lines { path, window: Window::new(reader), number: 0 };
         lines.want_line()?;
         if lines.window.bytes().starts_with(&MAGIC[..7]) {
             return Err(TraceError::OtherForm {
@@ -68,7 +64,7 @@ impl<'a, R: Read> Reader<'a, R> {
         Ok(Reader { lines, info })
     }
 
-    pub(super) fn info(&self) -> FrameInfo {
+    pub(super) fn info(&self) -> Screen {
         self.info
     }
 
@@ -113,9 +109,7 @@ struct Lines<'a, R> {
 
 impl<R: Read> Lines<'_, R> {
     fn want_line(&mut self) -> Result<(), TraceError> {
-        self.window
-            .want(MAX_LINE_BYTES)
-            .map_err(|error| TraceError::read(self.path, &error))
+        self.window.want(MAX_LINE_BYTES).map_err(|error| TraceError::read(self.path, &error))
     }
 
     /// Plays lines while they have the plain form and lie in the window as a whole.
@@ -190,9 +184,7 @@ fn careful(line: &[u8], largest: &[u32; 7]) -> Result<[u32; 7], String> {
     if count != 7 {
         let s = if count == 1 { "" } else { "s" };
         let line = quote(line);
-        return Err(format!(
-            "{line} has {count} field{s}, expected 7: {COLUMNS}"
-        ));
+        return Err(format!("{line} has {count} field{s}, expected 7: {COLUMNS}"));
     }
     let mut values = [0; 7];
     for (i, field) in line.split(|&byte| byte == b',').enumerate() {
@@ -229,7 +221,7 @@ pub(super) fn quote(found: &[u8]) -> String {
 }
 
 /// The first two lines of a trace.
-pub(super) fn header(info: FrameInfo) -> String {
+pub(super) fn header(info: Screen) -> String {
     let [_, r, g, b] = info.background.to_be_bytes();
     format!(
         "{} width={} height={} background={r},{g},{b}\n{COLUMNS}\n",

@@ -3,13 +3,13 @@
 use super::csv::quote;
 use super::digits;
 use super::fields;
-use crate::frame::{FrameInfo, MAX_SIDE};
+use pellucid_hw::pixel::{MAX_SIDE, Screen};
 
 /// How the line starts.
 pub(super) const MARK: &str = "# pellucid-trace";
 
 /// The frame that the line describes, or what is wrong with it. `None` is an empty file.
-pub(super) fn parse(line: Option<&[u8]>) -> Result<FrameInfo, String> {
+pub(super) fn parse(line: Option<&[u8]>) -> Result<Screen, String> {
     let line = line.unwrap_or_default();
     let text = std::str::from_utf8(line)
         .ok()
@@ -18,20 +18,13 @@ pub(super) fn parse(line: Option<&[u8]>) -> Result<FrameInfo, String> {
     let Some(text) = text else {
         return Err(format!(
             "found {}, expected `{MARK} width=W height=H background=R,G,B`",
-            if line.is_empty() {
-                "nothing".into()
-            } else {
-                quote(line)
-            }
+            if line.is_empty() { "nothing".into() } else { quote(line) }
         ));
     };
     let (mut width, mut height, mut background) = (None, None, None);
     for part in joined(text).split_whitespace() {
         let Some((key, value)) = part.split_once('=') else {
-            return Err(format!(
-                "found {}, expected key=value",
-                quote(part.as_bytes())
-            ));
+            return Err(format!("found {}, expected key=value", quote(part.as_bytes())));
         };
         let slot = match key {
             "width" => &mut width,
@@ -39,9 +32,7 @@ pub(super) fn parse(line: Option<&[u8]>) -> Result<FrameInfo, String> {
             "background" => &mut background,
             _ => {
                 let key = quote(key.as_bytes());
-                return Err(format!(
-                    "key {key} is unknown, expected width, height and background"
-                ));
+                return Err(format!("key {key} is unknown, expected width, height and background"));
             }
         };
         let value = match key {
@@ -52,7 +43,7 @@ pub(super) fn parse(line: Option<&[u8]>) -> Result<FrameInfo, String> {
             return Err(format!("{key} is there twice, expected once"));
         }
     }
-    Ok(FrameInfo {
+    Ok(Screen {
         width: width.ok_or("width is missing, expected width=W")?,
         height: height.ok_or("height is missing, expected height=H")?,
         background: background.ok_or("background is missing, expected background=R,G,B")?,
@@ -77,9 +68,7 @@ fn colour(value: &str) -> Result<u32, String> {
     let channels: Vec<&str> = value.split(',').collect();
     let [r, g, b] = channels[..] else {
         let value = quote(value.as_bytes());
-        return Err(format!(
-            "background is {value}, expected three integers R,G,B"
-        ));
+        return Err(format!("background is {value}, expected three integers R,G,B"));
     };
     Ok(number("background red", r, 0, 255)? << 16
         | number("background green", g, 0, 255)? << 8

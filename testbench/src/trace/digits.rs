@@ -37,9 +37,7 @@ pub(super) fn integer(text: &[u8], smallest: u32, largest: u32) -> Option<u32> {
         if !byte.is_ascii_digit() {
             return None;
         }
-        value = value
-            .saturating_mul(10)
-            .saturating_add(u32::from(byte - b'0'));
+        value = value.saturating_mul(10).saturating_add(u32::from(byte - b'0'));
     }
     (smallest..=largest).contains(&value).then_some(value)
 }

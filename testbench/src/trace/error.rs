@@ -95,17 +95,10 @@ pub enum TraceError {
 
 impl TraceError {
     pub(super) fn read(path: &Path, error: &io::Error) -> TraceError {
-        TraceError::Read {
-            path: path.to_owned(),
-            reason: reason(error),
-        }
+        TraceError::Read { path: path.to_owned(), reason: reason(error) }
     }
 
     pub(super) fn line(path: &Path, line: u64, problem: String) -> TraceError {
-        TraceError::Line {
-            path: path.to_owned(),
-            line,
-            problem,
-        }
+        TraceError::Line { path: path.to_owned(), line, problem }
     }
 }

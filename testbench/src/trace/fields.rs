@@ -2,33 +2,20 @@
 
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
 
-use crate::frame::{FrameInfo, MAX_SIDE};
+use pellucid_hw::pixel::{MAX_SIDE, Screen};
 
 /// The fields in the order of both forms.
 pub(super) const NAMES: [&str; 7] = ["x", "y", "z", "r", "g", "b", "a"];
 
 /// The largest value of each field in such a frame; the smallest is 0.
-pub(super) fn largest(info: FrameInfo) -> [u32; 7] {
-    [
-        info.width.saturating_sub(1),
-        info.height.saturating_sub(1),
-        Z_FAR,
-        255,
-        255,
-        255,
-        255,
-    ]
+pub(super) fn largest(info: Screen) -> [u32; 7] {
+    [info.width.saturating_sub(1), info.height.saturating_sub(1), Z_FAR, 255, 255, 255, 255]
 }
 
 /// The fragment of seven values in range.
 pub(super) fn fragment(values: [u32; 7]) -> Fragment {
     let [x, y, z, r, g, b, a] = values;
-    Fragment {
-        x,
-        y,
-        z,
-        rgba: rgba(r as u8, g as u8, b as u8, a as u8),
-    }
+    Fragment { x, y, z, rgba: rgba(r as u8, g as u8, b as u8, a as u8) }
 }
 
 /// The seven values of a fragment.
@@ -60,19 +47,14 @@ pub(super) fn check(values: &[u32; 7], largest: &[u32; 7]) -> Result<(), String>
 }
 
 /// Checks the size of a frame.
-pub(super) fn check_frame(info: FrameInfo) -> Result<(), String> {
+pub(super) fn check_frame(info: Screen) -> Result<(), String> {
     for (name, side) in [("width", info.width), ("height", info.height)] {
         if side == 0 || side > MAX_SIDE {
             return Err(problem(name, &side.to_string(), 1, MAX_SIDE));
         }
     }
     if info.background > 0xff_ffff {
-        return Err(problem(
-            "background",
-            &info.background.to_string(),
-            0,
-            0xff_ffff,
-        ));
+        return Err(problem("background", &info.background.to_string(), 0, 0xff_ffff));
     }
     Ok(())
 }

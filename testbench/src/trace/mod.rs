@@ -18,15 +18,15 @@ use std::path::{Path, PathBuf};
 
 use pellucid_hw::pixel::Fragment;
 
-use crate::frame::FrameInfo;
 pub use error::TraceError;
+use pellucid_hw::pixel::Screen;
 pub use writer::TraceWriter;
 
 /// A trace file whose header has been checked.
 #[derive(Clone, Debug)]
 pub struct Trace {
     path: PathBuf,
-    info: FrameInfo,
+    info: Screen,
 }
 
 impl Trace {
@@ -37,14 +37,11 @@ impl Trace {
     /// or its header is wrong.
     pub fn open(path: &Path) -> Result<Trace, TraceError> {
         let info = Reader::open(path)?.info();
-        Ok(Trace {
-            path: path.to_owned(),
-            info,
-        })
+        Ok(Trace { path: path.to_owned(), info })
     }
 
     /// Size and background of the frame.
-    pub fn info(&self) -> FrameInfo {
+    pub fn info(&self) -> Screen {
         self.info
     }
 
@@ -81,9 +78,7 @@ impl Form {
         match path.extension() {
             Some(ending) if ending.eq_ignore_ascii_case("csv") => Ok(Form::Csv),
             Some(ending) if ending.eq_ignore_ascii_case("ptrace") => Ok(Form::Binary),
-            _ => Err(TraceError::Name {
-                path: path.to_owned(),
-            }),
+            _ => Err(TraceError::Name { path: path.to_owned() }),
         }
     }
 }
@@ -97,19 +92,15 @@ enum Reader<'a> {
 impl Reader<'_> {
     fn open(path: &Path) -> Result<Reader<'_>, TraceError> {
         let form = Form::of(path)?;
-        let refused = |reason: &str| TraceError::Read {
-            path: path.to_owned(),
-            reason: reason.to_owned(),
-        };
+        let refused =
+            |reason: &str| TraceError::Read { path: path.to_owned(), reason: reason.to_owned() };
         let found = std::fs::metadata(path).map_err(|error| TraceError::read(path, &error))?;
         if found.is_dir() {
             return Err(refused("it is a folder, expected a file"));
         }
         // A pipe would give its content only once, and opening it could wait for ever.
         if !found.is_file() {
-            return Err(refused(
-                "it is no regular file, and a trace is read more than once",
-            ));
+            return Err(refused("it is no regular file, and a trace is read more than once"));
         }
         let file = File::open(path).map_err(|error| TraceError::read(path, &error))?;
         Ok(match form {
@@ -118,7 +109,7 @@ impl Reader<'_> {
         })
     }
 
-    fn info(&self) -> FrameInfo {
+    fn info(&self) -> Screen {
         match self {
             Reader::Csv(reader) => reader.info(),
             Reader::Binary(reader) => reader.info(),

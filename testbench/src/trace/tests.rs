@@ -4,17 +4,13 @@ use proptest::prelude::*;
 use std::fs;
 use tempfile::TempDir;
 
-const INFO: FrameInfo = FrameInfo {
-    width: 640,
-    height: 480,
-    background: 0xff8000,
-};
+const INFO: Screen = Screen { width: 640, height: 480, background: 0xff8000 };
 
 fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-fn write(path: &Path, info: FrameInfo, fragments: &[Fragment]) {
+fn write(path: &Path, info: Screen, fragments: &[Fragment]) {
     let mut writer = TraceWriter::create(path, info).unwrap();
     for &fragment in fragments {
         writer.push(fragment).unwrap();
@@ -33,9 +29,7 @@ fn read(trace: &Trace) -> Result<Vec<Fragment>, TraceError> {
 
 /// The message of opening or playing the file, with the folder taken out of it.
 fn message(folder: &TempDir, name: &str) -> String {
-    let error = Trace::open(&folder.path().join(name))
-        .and_then(|trace| read(&trace))
-        .unwrap_err();
+    let error = Trace::open(&folder.path().join(name)).and_then(|trace| read(&trace)).unwrap_err();
     let prefix = format!("{}/", folder.path().display());
     error.to_string().replace(&prefix, "")
 }
@@ -45,10 +39,7 @@ fn message(folder: &TempDir, name: &str) -> String {
 fn file_messages() {
     let folder = folder();
     fs::create_dir(folder.path().join("dir.csv")).unwrap();
-    assert_eq!(
-        message(&folder, "no.csv"),
-        "cannot read `no.csv`: No such file or directory"
-    );
+    assert_eq!(message(&folder, "no.csv"), "cannot read `no.csv`: No such file or directory");
     assert_eq!(
         message(&folder, "dir.csv"),
         "cannot read `dir.csv`: it is a folder, expected a file"
@@ -67,12 +58,7 @@ fn file_messages() {
 #[test]
 fn the_ending_counts_in_any_case_and_play_repeats() {
     let folder = folder();
-    let fragments = [Fragment {
-        x: 1,
-        y: 2,
-        z: 3,
-        rgba: 4,
-    }; 3];
+    let fragments = [Fragment { x: 1, y: 2, z: 3, rgba: 4 }; 3];
     for name in ["t.CSV", "t.PTrace"] {
         let path = folder.path().join(name);
         write(&path, INFO, &fragments);
@@ -89,7 +75,7 @@ fn a_changed_header_is_noticed() {
     let path = folder.path().join("t.csv");
     write(&path, INFO, &[]);
     let trace = Trace::open(&path).unwrap();
-    write(&path, FrameInfo { width: 1, ..INFO }, &[]);
+    write(&path, Screen { width: 1, ..INFO }, &[]);
     assert_eq!(
         read(&trace).unwrap_err().to_string(),
         format!(
@@ -129,10 +115,7 @@ fn a_writer_refuses_what_no_reader_takes_and_leaves_nothing() {
     let path = folder.path().join("t.ptrace");
     let mut writer = TraceWriter::create(&path, INFO).unwrap();
     writer.push(Fragment::default()).unwrap();
-    let outside = Fragment {
-        z: Z_FAR + 1,
-        ..Fragment::default()
-    };
+    let outside = Fragment { z: Z_FAR + 1, ..Fragment::default() };
     assert_eq!(
         writer.push(outside).unwrap_err().to_string(),
         format!(
@@ -141,7 +124,7 @@ fn a_writer_refuses_what_no_reader_takes_and_leaves_nothing() {
         )
     );
     drop(writer);
-    let error = TraceWriter::create(&path, FrameInfo { height: 0, ..INFO }).unwrap_err();
+    let error = TraceWriter::create(&path, Screen { height: 0, ..INFO }).unwrap_err();
     assert_eq!(
         error.to_string(),
         format!(

@@ -18,13 +18,7 @@ pub(super) struct Window<R> {
 
 impl<R: Read> Window<R> {
     pub(super) fn new(reader: R) -> Window<R> {
-        Window {
-            reader,
-            buffer: vec![0; WINDOW_BYTES],
-            start: 0,
-            end: 0,
-            at_end: false,
-        }
+        Window { reader, buffer: vec![0; WINDOW_BYTES], start: 0, end: 0, at_end: false }
     }
 
     /// The bytes read and not used yet.

@@ -7,8 +7,8 @@ use pellucid_hw::pixel::Fragment;
 
 use super::error::TraceError;
 use super::{Form, binary, csv, fields};
-use crate::frame::FrameInfo;
 use crate::output::{AtomicFile, OutputError};
+use pellucid_hw::pixel::Screen;
 
 /// Bytes gathered before they go to the file.
 const GATHER_BYTES: usize = 1 << 16;
@@ -33,12 +33,10 @@ impl TraceWriter {
     ///
     /// # Errors
     /// Another ending, a frame without pixels or above `MAX_SIDE`, a folder that is missing or not writable.
-    pub fn create(path: &Path, info: FrameInfo) -> Result<TraceWriter, TraceError> {
+    pub fn create(path: &Path, info: Screen) -> Result<TraceWriter, TraceError> {
         let form = Form::of(path)?;
-        fields::check_frame(info).map_err(|problem| TraceError::Frame {
-            path: path.to_owned(),
-            problem,
-        })?;
+        fields::check_frame(info)
+            .map_err(|problem| TraceError::Frame { path: path.to_owned(), problem })?;
         let mut gathered = Vec::with_capacity(GATHER_BYTES + 128);
         match form {
             Form::Csv => gathered.extend_from_slice(csv::header(info).as_bytes()),
@@ -61,11 +59,7 @@ impl TraceWriter {
     /// The fragment is outside the frame or its depth beyond 24 bits; the disk is full.
     pub fn push(&mut self, fragment: Fragment) -> Result<(), TraceError> {
         fields::check(&fields::values(fragment), &self.largest).map_err(|problem| {
-            TraceError::Fragment {
-                path: self.path.clone(),
-                number: self.count + 1,
-                problem,
-            }
+            TraceError::Fragment { path: self.path.clone(), number: self.count + 1, problem }
         })?;
         match self.form {
             Form::Csv => csv::encode(fragment, &mut self.gathered),

@@ -1,10 +1,6 @@
 use super::*;
 
-const INFO: FrameInfo = FrameInfo {
-    width: 640,
-    height: 480,
-    background: 0x010203,
-};
+const INFO: Screen = Screen { width: 640, height: 480, background: 0x010203 };
 
 /// Header, one fragment, end record, by hand: x 12, y 7, z 0x800000, colour 255,128,0, alpha 127.
 const FILE: [u8; 38] = [
@@ -13,12 +9,7 @@ const FILE: [u8; 38] = [
     0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0, 0, 0, 0,
 ];
 
-const FRAGMENT: Fragment = Fragment {
-    x: 12,
-    y: 7,
-    z: 0x80_0000,
-    rgba: 0xff80007f,
-};
+const FRAGMENT: Fragment = Fragment { x: 12, y: 7, z: 0x80_0000, rgba: 0xff80007f };
 
 fn read(bytes: &[u8]) -> Result<Vec<Fragment>, String> {
     let mut fragments = Vec::new();
@@ -30,9 +21,7 @@ fn read(bytes: &[u8]) -> Result<Vec<Fragment>, String> {
         })
     };
     let result = run();
-    result
-        .map(|()| fragments)
-        .map_err(|error| error.to_string())
+    result.map(|()| fragments).map_err(|error| error.to_string())
 }
 
 /// The message for the file with the bytes from `at` replaced.
@@ -54,22 +43,10 @@ fn the_file_by_hand_is_read_and_written() {
 #[test]
 fn header_messages() {
     for (at, bytes, expected) in [
-        (
-            0,
-            &b"PK"[..],
-            "byte 0: found no trace, expected the bytes 89 50 54 52 41 43 45",
-        ),
+        (0, &b"PK"[..], "byte 0: found no trace, expected the bytes 89 50 54 52 41 43 45"),
         (7, &[2], "byte 7: version is 2, expected 1"),
-        (
-            8,
-            &[0, 0],
-            "byte 8: width is 0, expected an integer from 1 to 8192",
-        ),
-        (
-            10,
-            &[1, 0x20],
-            "byte 8: height is 8193, expected an integer from 1 to 8192",
-        ),
+        (8, &[0, 0], "byte 8: width is 0, expected an integer from 1 to 8192"),
+        (10, &[1, 0x20], "byte 8: height is 8193, expected an integer from 1 to 8192"),
         (15, &[9], "byte 15: found 9, expected 0"),
     ] {
         assert_eq!(message(at, bytes), format!("`t.ptrace`, {expected}"));
@@ -87,21 +64,9 @@ fn header_messages() {
 #[test]
 fn record_messages() {
     for (at, bytes, expected) in [
-        (
-            16,
-            &[0x80, 2][..],
-            "record 1 at byte 16: x is 640, expected an integer from 0 to 639",
-        ),
-        (
-            18,
-            &[0xe0, 1],
-            "record 1 at byte 16: y is 480, expected an integer from 0 to 479",
-        ),
-        (
-            27,
-            &[0, 0],
-            "record 2 at byte 27: y is 65535, expected an integer from 0 to 479",
-        ),
+        (16, &[0x80, 2][..], "record 1 at byte 16: x is 640, expected an integer from 0 to 639"),
+        (18, &[0xe0, 1], "record 1 at byte 16: y is 480, expected an integer from 0 to 479"),
+        (27, &[0, 0], "record 2 at byte 27: y is 65535, expected an integer from 0 to 479"),
         (
             31,
             &[2],
@@ -136,12 +101,7 @@ fn every_cut_is_noticed() {
 #[test]
 fn records_across_the_edge_of_the_window_stay_whole() {
     let mut bytes = header(INFO).to_vec();
-    let fragment = |i: u32| Fragment {
-        x: i % 640,
-        y: i % 480,
-        z: i,
-        rgba: i,
-    };
+    let fragment = |i: u32| Fragment { x: i % 640, y: i % 480, z: i, rgba: i };
     for i in 0..60_000 {
         encode(fragment(i), &mut bytes);
     }

@@ -15,9 +15,7 @@ fn read(text: impl AsRef<[u8]>) -> Result<Vec<[u32; 7]>, String> {
         })
     };
     let result = run();
-    result
-        .map(|()| fragments)
-        .map_err(|error| error.to_string())
+    result.map(|()| fragments).map_err(|error| error.to_string())
 }
 
 fn message(lines: &str) -> String {
@@ -54,11 +52,7 @@ fn what_is_tolerated_reads_like_the_plain_form() {
         assert_eq!(read(&text).unwrap().len(), 22);
     }
     assert!(read(format!("{FRAME}\n{COLUMNS}")).unwrap().is_empty());
-    assert!(
-        read(format!("{FRAME}\n x , y,z,r,g,b,a \n"))
-            .unwrap()
-            .is_empty()
-    );
+    assert!(read(format!("{FRAME}\n x , y,z,r,g,b,a \n")).unwrap().is_empty());
 }
 
 #[test]
@@ -78,14 +72,8 @@ fn header_messages() {
             "x,y,z\n",
             "`t.csv`, line 1: found `x,y,z`, expected `# pellucid-trace width=W height=H background=R,G,B`",
         ),
-        (
-            "# pellucid-trace width=1",
-            "`t.csv`, line 1: height is missing, expected height=H",
-        ),
-        (
-            "# pellucid-trace height=1",
-            "`t.csv`, line 1: width is missing, expected width=W",
-        ),
+        ("# pellucid-trace width=1", "`t.csv`, line 1: height is missing, expected height=H"),
+        ("# pellucid-trace height=1", "`t.csv`, line 1: width is missing, expected width=W"),
         (
             "# pellucid-trace height=1 width=1",
             "`t.csv`, line 1: background is missing, expected background=R,G,B",
@@ -110,10 +98,7 @@ fn header_messages() {
             "# pellucid-trace width=1 width=2",
             "`t.csv`, line 1: width is there twice, expected once",
         ),
-        (
-            "# pellucid-trace 640x480",
-            "`t.csv`, line 1: found `640x480`, expected key=value",
-        ),
+        ("# pellucid-trace 640x480", "`t.csv`, line 1: found `640x480`, expected key=value"),
         (
             "# pellucid-trace background=1,2",
             "`t.csv`, line 1: background is `1,2`, expected three integers R,G,B",
@@ -142,50 +127,17 @@ fn header_messages() {
 #[test]
 fn line_messages() {
     for (line, expected) in [
-        (
-            "640,0,0,0,0,0,0",
-            "x is `640`, expected an integer from 0 to 639",
-        ),
-        (
-            "0,480,0,0,0,0,0",
-            "y is `480`, expected an integer from 0 to 479",
-        ),
-        (
-            "0,0,16777216,0,0,0,0",
-            "z is `16777216`, expected an integer from 0 to 16777215",
-        ),
-        (
-            "0,0,167772150,0,0,0,0",
-            "z is `167772150`, expected an integer from 0 to 16777215",
-        ),
-        (
-            "0,0,0,256,0,0,0",
-            "r is `256`, expected an integer from 0 to 255",
-        ),
-        (
-            "0,0,0,0,0,0,4294967296",
-            "a is `4294967296`, expected an integer from 0 to 255",
-        ),
-        (
-            "0,0,0,0,-1,0,0",
-            "g is `-1`, expected an integer from 0 to 255",
-        ),
-        (
-            "0,0,0,0,0,1.5,0",
-            "b is `1.5`, expected an integer from 0 to 255",
-        ),
-        (
-            "0,,0,0,0,0,0",
-            "y is empty, expected an integer from 0 to 479",
-        ),
-        (
-            "0,0,0,0,0,0",
-            "`0,0,0,0,0,0` has 6 fields, expected 7: x,y,z,r,g,b,a",
-        ),
-        (
-            "0,0,0,0,0,0,0,0",
-            "`0,0,0,0,0,0,0,0` has 8 fields, expected 7: x,y,z,r,g,b,a",
-        ),
+        ("640,0,0,0,0,0,0", "x is `640`, expected an integer from 0 to 639"),
+        ("0,480,0,0,0,0,0", "y is `480`, expected an integer from 0 to 479"),
+        ("0,0,16777216,0,0,0,0", "z is `16777216`, expected an integer from 0 to 16777215"),
+        ("0,0,167772150,0,0,0,0", "z is `167772150`, expected an integer from 0 to 16777215"),
+        ("0,0,0,256,0,0,0", "r is `256`, expected an integer from 0 to 255"),
+        ("0,0,0,0,0,0,4294967296", "a is `4294967296`, expected an integer from 0 to 255"),
+        ("0,0,0,0,-1,0,0", "g is `-1`, expected an integer from 0 to 255"),
+        ("0,0,0,0,0,1.5,0", "b is `1.5`, expected an integer from 0 to 255"),
+        ("0,,0,0,0,0,0", "y is empty, expected an integer from 0 to 479"),
+        ("0,0,0,0,0,0", "`0,0,0,0,0,0` has 6 fields, expected 7: x,y,z,r,g,b,a"),
+        ("0,0,0,0,0,0,0,0", "`0,0,0,0,0,0,0,0` has 8 fields, expected 7: x,y,z,r,g,b,a"),
         ("hello", "`hello` has 1 field, expected 7: x,y,z,r,g,b,a"),
     ] {
         // Line 4, alone and with enough behind it for the quick path.
@@ -198,10 +150,7 @@ fn line_messages() {
         message("0,0,0,0,0,0,0\n\n\n0,0,0,0,0,0,0\n"),
         "`t.csv`, line 4: the line is empty, expected x,y,z,r,g,b,a or the end of the file"
     );
-    assert_eq!(
-        message(&"1".repeat(5000)),
-        "`t.csv`, line 3: the line has more than 4096 bytes"
-    );
+    assert_eq!(message(&"1".repeat(5000)), "`t.csv`, line 3: the line has more than 4096 bytes");
 }
 
 #[test]
@@ -215,10 +164,7 @@ fn garbage_is_shown_short_and_printable() {
     let long = "9".repeat(50);
     assert_eq!(
         message(&format!("{long},0,0,0,0,0,0")),
-        format!(
-            "`t.csv`, line 3: x is `{}...`, expected an integer from 0 to 639",
-            "9".repeat(40)
-        )
+        format!("`t.csv`, line 3: x is `{}...`, expected an integer from 0 to 639", "9".repeat(40))
     );
 }
 
@@ -234,9 +180,5 @@ fn lines_across_the_edge_of_the_window_stay_whole() {
         assert_eq!(values, [i % 640, i % 480, i, 1, 2, 3, 4]);
     }
     text += "bad\n";
-    assert!(
-        read(&text)
-            .unwrap_err()
-            .starts_with("`t.csv`, line 60003: ")
-    );
+    assert!(read(&text).unwrap_err().starts_with("`t.csv`, line 60003: "));
 }

@@ -1,0 +1,108 @@
+//! What can be wrong with a scene, each as one sentence.
+
+use std::io;
+
+/// Why a scene cannot be opened.
+#[derive(thiserror::Error, Debug)]
+pub enum SceneError {
+    /// Neither a built-in scene nor a path.
+    #[error(
+        "unknown scene `{name}`: did you mean `{nearest}`? A scene is one of {known}, or a mesh file ({EXTENSIONS})"
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The built-in scene whose name is nearest.
+        nearest: &'static str,
+        /// All built-in scenes, separated by commas.
+        known: String,
+    },
+    /// The path leads nowhere.
+    #[error("{path}: no such file")]
+    Missing {
+        /// The path as given.
+        path: String,
+    },
+    /// The path leads to a directory.
+    #[error("{path}: is a directory, expected a mesh file ({EXTENSIONS})")]
+    Directory {
+        /// The path as given.
+        path: String,
+    },
+    /// No loader for such a file.
+    #[error("{path}: unknown kind of file, expected a mesh ({EXTENSIONS})")]
+    Extension {
+        /// The path as given.
+        path: String,
+    },
+    /// The system refuses to hand the file over, or its compressed data is damaged.
+    #[error("{path}: cannot be read: {source}")]
+    Unreadable {
+        /// The path of the file that failed, which may be one that the mesh refers to.
+        path: String,
+        /// The system's or the decompressor's reason.
+        source: io::Error,
+    },
+    /// The file's content is not a usable mesh.
+    #[error("{path}{}: {what}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
+    Mesh {
+        /// The path as given.
+        path: String,
+        /// The line, from 1, in formats that have lines.
+        line: Option<usize>,
+        /// What is wrong and what was expected.
+        what: String,
+    },
+    /// Width or height outside `1..=MAX_SIDE`.
+    #[error("{what} {side} is out of range: expected 1..={}", super::MAX_SIDE)]
+    Size {
+        /// `width` or `height`.
+        what: &'static str,
+        /// What was asked for, in pixels.
+        side: u32,
+    },
+    /// Another size for a scene that has only one.
+    #[error("scene `{scene}` is always 640x480: {what} {side} cannot be had")]
+    FixedSize {
+        /// The scene's name.
+        scene: String,
+        /// `width` or `height`.
+        what: &'static str,
+        /// What was asked for, in pixels.
+        side: u32,
+    },
+    /// A camera for a scene without depth of its own.
+    #[error("scene `{scene}` is a list of pixels: a camera cannot be set")]
+    NoCamera {
+        /// The scene's name.
+        scene: String,
+    },
+    /// An alpha rule for a scene without meshes.
+    #[error("scene `{scene}` has no meshes: an alpha cannot be set")]
+    NoMeshes {
+        /// The scene's name.
+        scene: String,
+    },
+    /// An alpha rule for a mesh that the scene does not have.
+    #[error(
+        "{scene}: no mesh, group or material is named `{name}`: did you mean `{nearest}`? Known: {known}"
+    )]
+    UnknownPart {
+        /// The scene's name or path.
+        scene: String,
+        /// The name in the rule.
+        name: String,
+        /// The nearest name that the scene has.
+        nearest: String,
+        /// All names of the scene, separated by commas.
+        known: String,
+    },
+}
+
+/// The mesh formats that are read, as a message lists them.
+const EXTENSIONS: &str = ".obj, .ply, .ply.gz, .gltf or .glb";
+
+/// The entry of `known` that is spelled most like `name`; `None` if there is nothing to choose from.
+pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known.into_iter().min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate))
+}

@@ -1,0 +1,76 @@
+//! Triangles as a loader or a builder hands them over: parts with names, before any lighting.
+
+use glam::{DVec3, Vec3, Vec4};
+
+/// Opacity of a mesh that states none.
+pub(super) const DEFAULT_ALPHA: f32 = 0.5;
+
+/// Triangles that share their names and look.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Part {
+    /// Names of the mesh, group and material, by which an alpha rule finds the part.
+    pub names: Vec<String>,
+    /// Vertex positions, all finite.
+    pub positions: Vec<Vec3>,
+    /// One normal for each vertex, of any length, or empty to have them made.
+    pub normals: Vec<Vec3>,
+    /// One colour with alpha for each vertex, 0..=1, or empty for a colour by the normal.
+    pub colours: Vec<Vec4>,
+    /// Opacity, 0..=1, where there are no colours.
+    pub alpha: f32,
+    /// Strength of the highlight, 0 none.
+    pub gloss: f32,
+    /// How much more opaque the part is where it is seen edge-on, 0 not at all.
+    pub rim: f32,
+    /// Vertices of each triangle, all in range.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Part {
+    /// An empty part without colour, of the default opacity.
+    pub fn new(names: Vec<String>) -> Part {
+        Part { names, alpha: DEFAULT_ALPHA, ..Part::default() }
+    }
+
+    /// Gives every vertex one colour.
+    pub fn painted(mut self, colour: Vec4) -> Part {
+        self.colours = vec![colour; self.positions.len()];
+        self
+    }
+
+    /// Makes the part equally opaque all over.
+    pub fn set_alpha(&mut self, alpha: f32) {
+        self.alpha = alpha;
+        self.rim = 0.0;
+        self.colours.iter_mut().for_each(|colour| colour.w = alpha);
+    }
+
+    /// The stated normals, or the mean of the adjoining triangles' normals weighted by area, all of length 1.
+    pub fn unit_normals(&self) -> Vec<Vec3> {
+        let unit = |normal: DVec3| normal.try_normalize().unwrap_or(DVec3::Y).as_vec3();
+        if !self.normals.is_empty() {
+            return self.normals.iter().map(|normal| unit(normal.as_dvec3())).collect();
+        }
+        // In f64 the product of two edges neither overflows nor vanishes, whatever the mesh's unit.
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        for corners in &self.triangles {
+            let [a, b, c] = corners.map(|i| self.positions[i as usize].as_dvec3());
+            let normal = (b - a).cross(c - a);
+            corners.iter().for_each(|&i| sums[i as usize] += normal);
+        }
+        sums.into_iter().map(unit).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_normals_are_those_of_the_triangles() {
+        let mut part = Part::new(vec![]);
+        part.positions = vec![Vec3::ZERO, Vec3::X * 1e-20, Vec3::Y * 1e-20, Vec3::ZERO];
+        part.triangles = vec![[0, 1, 2], [0, 3, 0]];
+        assert_eq!(part.unit_normals(), [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::Y]);
+    }
+}

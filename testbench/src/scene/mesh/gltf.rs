@@ -1,0 +1,186 @@
+//! glTF 2.0, as text or binary: node transforms, base colour factors, vertex colours.
+//!
+//! A part is one primitive at one node, named after the mesh, the node and the material. The base colour's alpha counts
+//! whatever the material's alpha mode says, since what is transparent is the point here. Textures, skins and morph
+//! targets are not looked at. Colours are linear in the file and come out gamma-encoded.
+
+mod buffers;
+
+use super::bad;
+use crate::scene::SceneError;
+use crate::scene::geometry::{DEFAULT_ALPHA, Part};
+use ::gltf::mesh::Mode;
+use ::gltf::{Document, Gltf, Node, Primitive, Semantic};
+use buffers::Buffers;
+use glam::{Mat3, Mat4, Vec3, Vec4};
+
+/// Size of a GLB's header.
+const GLB_HEADER_BYTES: u8 = 12;
+
+/// Loads the content of a glTF or GLB file.
+pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
+    let (document, blob) = parse(path, &bytes)?;
+    let buffers = Buffers::load(path, &document, blob)?;
+    let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
+        return Err(bad(path, None, "has no scene"));
+    };
+    let mut parts = Vec::new();
+    let mut to_visit: Vec<(Node, Mat4)> =
+        scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
+    to_visit.reverse();
+    let mut visited = vec![false; document.nodes().count()];
+    while let Some((node, above)) = to_visit.pop() {
+        if std::mem::replace(&mut visited[node.index()], true) {
+            return Err(bad(
+                path,
+                None,
+                format!("node {} has two parents, expected a tree", node.index()),
+            ));
+        }
+        let transform = above * Mat4::from_cols_array_2d(&node.transform().matrix());
+        for (i, primitive) in node.mesh().iter().flat_map(|mesh| mesh.primitives()).enumerate() {
+            let part = part(&node, &primitive, transform, &buffers).map_err(|what| {
+                bad(path, None, format!("node {}, primitive {i}: {what}", node.index()))
+            })?;
+            parts.extend(part);
+        }
+        let first_child = to_visit.len();
+        to_visit.extend(node.children().map(|child| (child, transform)));
+        to_visit[first_child..].reverse();
+    }
+    Ok(parts)
+}
+
+/// The document, with every index in it checked, and a GLB's binary part.
+fn parse(path: &str, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneError> {
+    let invalid = |error: ::gltf::Error| bad(path, None, format!("expected glTF 2.0: {error}"));
+    // Two checks that the library takes for granted: a GLB is as long as its header, and positions exist.
+    let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8));
+    if length.is_some_and(|bytes| bytes[0] < GLB_HEADER_BYTES && bytes[1..] == [0; 3]) {
+        return Err(bad(path, None, "the length in the GLB's header is less than the header's"));
+    }
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
+    let json = document.into_json();
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
+        let (index, count) = (accessor.value(), json.accessors.len());
+        if index >= count {
+            return Err(bad(
+                path,
+                None,
+                format!("has the accessor index {index}, expected one below {count}"),
+            ));
+        }
+    }
+    Ok((Document::from_json(json).map_err(invalid)?, blob))
+}
+
+/// A primitive's triangles in scene coordinates; none if it is made of points or lines.
+fn part(
+    node: &Node,
+    primitive: &Primitive,
+    transform: Mat4,
+    buffers: &Buffers,
+) -> Result<Option<Part>, String> {
+    let positions = primitive.get(&Semantic::Positions).ok_or("has no attribute POSITION")?;
+    let positions = buffers.vectors::<3>(&positions)?;
+    let count = positions.len();
+    let indices = match primitive.indices() {
+        Some(accessor) => buffers.indices(&accessor)?,
+        None => (0..count as u32).collect(),
+    };
+    if let Some(index) = indices.iter().find(|&&index| index as usize >= count) {
+        return Err(format!("has the vertex index {index}, expected one below {count}"));
+    }
+    let Some(triangles) = triangles(primitive.mode(), &indices) else {
+        return Ok(None);
+    };
+
+    let material = primitive.material();
+    let names = [
+        node.mesh().and_then(|mesh| mesh.name().map(str::to_owned)),
+        node.name().map(str::to_owned),
+    ];
+    let mut part =
+        Part::new(names.into_iter().flatten().chain(material.name().map(str::to_owned)).collect());
+    part.triangles = triangles;
+    part.positions = positions.into_iter().map(|p| transform.transform_point3(p.into())).collect();
+    if let Some(i) = part.positions.iter().position(|position| !position.is_finite()) {
+        return Err(format!("vertex {i} is not finite"));
+    }
+    let same_count = |kind: &str, found: usize| match found == count {
+        true => Ok(()),
+        false => Err(format!("has {found} of the attribute {kind}, expected {count}")),
+    };
+    if let Some(accessor) = primitive.get(&Semantic::Normals) {
+        let to_scene = Mat3::from_mat4(transform).inverse().transpose();
+        part.normals = buffers
+            .vectors::<3>(&accessor)?
+            .into_iter()
+            .map(|n| to_scene * Vec3::from(n))
+            .collect();
+        same_count("NORMAL", part.normals.len())?;
+    }
+
+    let has_material = material.index().is_some();
+    let factor =
+        if has_material { material.pbr_metallic_roughness().base_color_factor() } else { [1.0; 4] };
+    if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
+        part.colours = match accessor.dimensions() {
+            ::gltf::accessor::Dimensions::Vec3 => {
+                let alpha = if has_material { 1.0 } else { DEFAULT_ALPHA };
+                buffers
+                    .vectors::<3>(&accessor)?
+                    .into_iter()
+                    .map(|c| Vec3::from(c).extend(alpha))
+                    .collect()
+            }
+            _ => buffers.vectors::<4>(&accessor)?.into_iter().map(Vec4::from).collect(),
+        };
+        same_count("COLOR_0", part.colours.len())?;
+    } else if has_material {
+        part.colours = vec![Vec4::ONE; count];
+    }
+    part.colours.iter_mut().for_each(|colour| *colour = encoded(*colour * Vec4::from(factor)));
+    Ok(Some(part))
+}
+
+/// A linear colour gamma-encoded, alpha as it is.
+fn encoded(linear: Vec4) -> Vec4 {
+    let linear = linear.clamp(Vec4::ZERO, Vec4::ONE);
+    linear.truncate().powf(1.0 / 2.2).extend(linear.w)
+}
+
+fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
+    match mode {
+        Mode::Triangles => Some(indices.as_chunks().0.to_vec()),
+        Mode::TriangleStrip => Some(indices.windows(3).map(|w| [w[0], w[1], w[2]]).collect()),
+        Mode::TriangleFan => {
+            let first = indices.first().copied().unwrap_or_default();
+            Some(
+                indices
+                    .get(1..)
+                    .unwrap_or_default()
+                    .windows(2)
+                    .map(|w| [first, w[0], w[1]])
+                    .collect(),
+            )
+        }
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_become_triangles() {
+        let indices = [4, 5, 6, 7];
+        assert_eq!(triangles(Mode::Triangles, &indices[..3]), Some(vec![[4, 5, 6]]));
+        assert_eq!(triangles(Mode::TriangleStrip, &indices), Some(vec![[4, 5, 6], [5, 6, 7]]));
+        assert_eq!(triangles(Mode::TriangleFan, &indices), Some(vec![[4, 5, 6], [4, 6, 7]]));
+        assert_eq!(triangles(Mode::TriangleFan, &[]), Some(vec![]));
+        assert_eq!(triangles(Mode::LineStrip, &indices), None);
+    }
+}

@@ -1,0 +1,121 @@
+//! A glTF file's buffers and checked access to the vectors and indices in them.
+//!
+//! A buffer is the binary part of a GLB, a base64 `data:` URI, or a file next to the mesh. An accessor that reaches
+//! beyond its buffer, or whose type does not fit its use, is an error. Sparse accessors are not supported.
+
+use super::bad;
+use crate::scene::SceneError;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use gltf::accessor::DataType;
+use gltf::buffer::Source;
+use gltf::{Accessor, Document};
+use percent_encoding::percent_decode_str;
+use std::fs;
+use std::path::Path;
+
+/// The content of all buffers of a document.
+pub(super) struct Buffers(Vec<Vec<u8>>);
+
+impl Buffers {
+    /// Loads the buffers of the document that was read from `path`.
+    pub fn load(
+        path: &str,
+        document: &Document,
+        mut blob: Option<Vec<u8>>,
+    ) -> Result<Buffers, SceneError> {
+        let mut buffers = Vec::new();
+        for buffer in document.buffers() {
+            let error = |what: &str| bad(path, None, format!("buffer {} {what}", buffer.index()));
+            let data = match buffer.source() {
+                Source::Bin => blob
+                    .take()
+                    .ok_or_else(|| error("is the binary part of a GLB, which is missing"))?,
+                Source::Uri(uri) => match uri.strip_prefix("data:") {
+                    Some(data) => {
+                        let (_, text) = data
+                            .split_once(";base64,")
+                            .ok_or_else(|| error("is no base64 data"))?;
+                        STANDARD.decode(text).map_err(|_| error("is no valid base64 data"))?
+                    }
+                    None => {
+                        let name = percent_decode_str(uri).decode_utf8_lossy();
+                        let file = Path::new(path).with_file_name("").join(&*name);
+                        let path = file.to_string_lossy().into_owned();
+                        fs::read(&file).map_err(|source| SceneError::Unreadable { path, source })?
+                    }
+                },
+            };
+            if data.len() < buffer.length() {
+                let (found, expected) = (data.len(), buffer.length());
+                return Err(error(&format!("has {found} bytes, expected {expected}")));
+            }
+            buffers.push(data);
+        }
+        Ok(Buffers(buffers))
+    }
+
+    /// Vectors of `N` floats, or of integers that stand for 0..=1 or -1..=1.
+    pub fn vectors<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>, String> {
+        let found = accessor.dimensions().multiplicity();
+        if found != N {
+            return Err(format!(
+                "accessor {} has {found} components, expected {N}",
+                accessor.index()
+            ));
+        }
+        let size = accessor.data_type().size();
+        let scalar = |bytes: &[u8]| match accessor.data_type() {
+            DataType::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
+            DataType::U32 => {
+                u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32
+                    / u32::MAX as f32
+            }
+            DataType::U16 => f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0,
+            DataType::I16 => f32::from(i16::from_le_bytes([bytes[0], bytes[1]])) / 32767.0,
+            DataType::U8 => f32::from(bytes[0]) / 255.0,
+            DataType::I8 => f32::from(bytes[0] as i8) / 127.0,
+        };
+        let elements = self.elements(accessor)?;
+        Ok(elements.map(|bytes| std::array::from_fn(|i| scalar(&bytes[i * size..]))).collect())
+    }
+
+    /// Unsigned integers of any size.
+    pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
+        let wide =
+            |bytes: &[u8]| bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte));
+        match (accessor.dimensions().multiplicity(), accessor.data_type()) {
+            (1, DataType::U8 | DataType::U16 | DataType::U32) => {
+                Ok(self.elements(accessor)?.map(wide).collect())
+            }
+            _ => Err(format!("accessor {} is no list of indices", accessor.index())),
+        }
+    }
+
+    /// The bytes of each element.
+    fn elements<'a>(
+        &'a self,
+        accessor: &Accessor,
+    ) -> Result<impl Iterator<Item = &'a [u8]>, String> {
+        let index = accessor.index();
+        let view = match (accessor.view(), accessor.sparse()) {
+            (Some(view), None) => view,
+            _ => {
+                return Err(format!("accessor {index} is sparse or empty, which is not supported"));
+            }
+        };
+        let (size, count) = (accessor.size(), accessor.count());
+        let stride = view.stride().unwrap_or(size).max(size);
+        let buffer = &self.0[view.buffer().index()];
+        let bytes =
+            view.offset().checked_add(view.length()).and_then(|end| buffer.get(view.offset()..end));
+        let bytes = bytes.and_then(|bytes| bytes.get(accessor.offset()..));
+        let last_end =
+            count.saturating_sub(1).checked_mul(stride).and_then(|start| start.checked_add(size));
+        match (bytes, last_end) {
+            (Some(_), _) if count == 0 => Ok([].chunks(stride).take(0)),
+            (Some(bytes), Some(end)) if end <= bytes.len() => Ok(bytes.chunks(stride).take(count)),
+            _ => Err(format!("accessor {index} reaches beyond its buffer")),
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! PLY, ASCII and binary, plain and compressed.
+
+use super::*;
+use glam::{Vec3, vec3, vec4};
+use std::io::Write;
+
+fn gzip(content: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(content).unwrap();
+    encoder.finish().unwrap()
+}
+
+pub(super) const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                   element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+                   0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+pub(super) const SQUARE: [Vec3; 4] = [Vec3::ZERO, Vec3::X, vec3(1.0, 1.0, 0.0), Vec3::Y];
+
+#[test]
+fn an_ascii_ply_is_cut_into_fans_whatever_the_case_of_its_name() {
+    for part in [loaded("a.PLY", PLY), loaded("a.Ply.gZ", gzip(PLY.as_bytes()))] {
+        let [part] = &part.unwrap()[..] else { panic!("one part") };
+        assert_eq!(part.names, ["a"]);
+        assert_eq!(part.positions, SQUARE);
+        assert_eq!(part.triangles, [[0, 1, 2], [0, 2, 3]]);
+        assert!(part.colours.is_empty() && part.alpha == 0.5);
+    }
+}
+
+#[test]
+fn a_binary_ply_gives_the_same_in_both_byte_orders() {
+    for big in [false, true] {
+        let order = if big { "big" } else { "little" };
+        let mut file = format!(
+            "ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty double x\nproperty float y\n\
+             property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float alpha\n\
+             element face 1\nproperty list uchar uint vertex_index\nend_header\n"
+        )
+        .into_bytes();
+        let ordered = |mut bytes: Vec<u8>| {
+            if big {
+                bytes.reverse();
+            }
+            bytes
+        };
+        for p in SQUARE {
+            file.extend(ordered(f64::from(p.x).to_le_bytes().to_vec()));
+            file.extend([p.y, p.z].into_iter().flat_map(|v| ordered(v.to_le_bytes().to_vec())));
+            file.extend([255, 51, 0]);
+            file.extend(ordered(0.25f32.to_le_bytes().to_vec()));
+        }
+        file.push(4);
+        file.extend((0..4u32).flat_map(|i| ordered(i.to_le_bytes().to_vec())));
+        let parts = loaded("b.ply", &file).unwrap();
+        assert_eq!(parts[0].positions, SQUARE);
+        assert_eq!(parts[0].colours, [vec4(1.0, 0.2, 0.0, 0.25); 4]);
+        assert_eq!(parts[0].triangles, [[0, 1, 2], [0, 2, 3]]);
+        file.pop();
+        assert_eq!(
+            message("b.ply", &file),
+            "b.ply: the file ends early: the header declares 1 of the element `face`"
+        );
+    }
+}
+
+#[test]
+fn a_bad_ply_is_refused_with_its_line() {
+    let cases = [
+        (PLY.replace("ply\n", "plx\n"), "a.ply, line 1: expected `ply` as the first line"),
+        (
+            PLY.replace("float y", "flat y"),
+            "a.ply, line 5: `property flat y` is no line of a PLY header",
+        ),
+        (
+            PLY.replace("end_header", "comment"),
+            "a.ply, line 10: `0 0 0` is no line of a PLY header",
+        ),
+        (
+            PLY.replace("float z", "float w"),
+            "a.ply: the header has no number `z` in the element `vertex`",
+        ),
+        (
+            PLY.replace("indices", "x"),
+            "a.ply: the header has no list `vertex_indices` in the element `face`",
+        ),
+        (PLY.replace("1 1 0\n", "1 1e39 0\n"), "a.ply, line 12: vertex 2 is not finite"),
+        (
+            PLY.replace("1 1 0\n", "1 nan 0\n"),
+            "a.ply, line 12: `1 nan 0` is no element `vertex` as the header declares it",
+        ),
+        (
+            PLY.replace("1 1 0\n", "1 1\n"),
+            "a.ply, line 12: `1 1` is no element `vertex` as the header declares it",
+        ),
+        (
+            PLY.replace("1 1 0\n", "1 x 0\n"),
+            "a.ply, line 12: `1 x 0` is no element `vertex` as the header declares it",
+        ),
+        (
+            PLY.replace("2 3\n", "2 4\n"),
+            "a.ply, line 14: face 0 has the vertex index 4, expected one below 4",
+        ),
+        (
+            PLY.replace("2 3\n", "2 -1\n"),
+            "a.ply, line 14: face 0 has the vertex index -1, expected one below 4",
+        ),
+        (
+            PLY.replace("4 0 1 2 3", "2 0 1"),
+            "a.ply, line 14: face 0 has 2 corners, expected 3 or more",
+        ),
+        (
+            PLY.replace("4 0 1 2 3\n", ""),
+            "a.ply, line 14: the file ends early: the header declares 1 of the element `face`",
+        ),
+        (PLY[..40].to_owned(), "a.ply, line 4: `pr` is no line of a PLY header"),
+        (String::new(), "a.ply: the file ends in the header, expected `end_header`"),
+        (
+            PLY.replace("face 1", "face 0").replace("4 0 1 2 3\n", ""),
+            "a.ply: has no triangles, expected at least one",
+        ),
+    ];
+    for (file, expected) in cases {
+        assert_eq!(message("a.ply", file), expected);
+    }
+}
+
+#[test]
+fn damaged_gzip_data_is_refused() {
+    let file = gzip(PLY.as_bytes());
+    assert_eq!(
+        message("a.ply.gz", &file[..file.len() - 9]),
+        "a.ply.gz: the gzip data is truncated"
+    );
+    assert_eq!(message("a.ply.gz", PLY), "a.ply.gz: expected gzip data: invalid gzip header");
+    let mut damaged = file.clone();
+    let middle = damaged.len() / 2;
+    damaged[middle..middle + 8].fill(0xff);
+    assert!(message("a.ply.gz", &damaged).starts_with("a.ply.gz: expected gzip data: "));
+}

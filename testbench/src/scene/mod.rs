@@ -1,0 +1,175 @@
+//! Frames to feed to an architecture: a built-in scene or a mesh file becomes a stream of fragments.
+//!
+//! Opening a scene loads and checks everything that can fail; playing it cannot fail except through the receiver.
+//! Fragments are made on the fly, one triangle, particle or pixel layer at a time, so that a frame larger than memory
+//! can be played. The order of the stream is the order of submission, as a graphics API would see it: nothing is
+//! sorted, and opaque geometry may arrive after transparent geometry that it hides.
+//!
+//! The path of a mesh: `mesh` reads the file into parts, `alpha` gives parts their opacity, `camera` places the
+//! eye, `shade` lights the vertices, `clip` and `raster` turn each triangle into fragments.
+
+mod alpha;
+mod built_in;
+mod camera;
+mod clip;
+mod error;
+mod geometry;
+mod mesh;
+mod raster;
+mod shade;
+
+pub use alpha::{AlphaRule, AlphaRuleError};
+pub use built_in::{BuiltIn, built_in};
+pub use camera::{Camera, CameraError};
+pub use error::SceneError;
+
+use built_in::paper::{Frame, Paper};
+use built_in::smoke::Smoke;
+use geometry::Part;
+use pellucid_hw::pixel::{Fragment, MAX_SIDE, Screen};
+use shade::Surface;
+
+/// Width of a frame where none is asked for, in pixels.
+const DEFAULT_WIDTH: u32 = 640;
+/// Height of a frame where none is asked for, in pixels.
+const DEFAULT_HEIGHT: u32 = 480;
+
+/// What a user may change about a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Width in pixels, `1..=MAX_SIDE`; 640 if `None`.
+    pub width: Option<u32>,
+    /// Height in pixels, `1..=MAX_SIDE`; 480 if `None`.
+    pub height: Option<u32>,
+    /// Where to look from; the scene's own view, or one that fits the mesh, if `None`.
+    pub camera: Option<Camera>,
+    /// Opacities, applied in this order, so that a later rule wins.
+    pub alphas: Vec<AlphaRule>,
+}
+
+/// A loaded scene, ready to play any number of times.
+#[derive(Debug)]
+pub struct Scene {
+    info: Screen,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Surface(Surface),
+    Smoke(Smoke),
+    Paper(Paper),
+}
+
+impl Scene {
+    /// Opens a built-in scene by its name (see [`built_in`]), or a mesh by its path and extension: `.obj`, `.ply`,
+    /// `.ply.gz`, `.gltf` or `.glb`, in any case.
+    ///
+    /// # Errors
+    ///
+    /// One sentence that names the scene or file, the line where the format has lines, and what was expected.
+    pub fn open(name: &str, options: &Options) -> Result<Scene, SceneError> {
+        let side = |what, asked: Option<u32>, default| match asked.unwrap_or(default) {
+            side @ 1..=MAX_SIDE => Ok(side),
+            side => Err(SceneError::Size { what, side }),
+        };
+        let width = side("width", options.width, DEFAULT_WIDTH)?;
+        let height = side("height", options.height, DEFAULT_HEIGHT)?;
+        let info = |background| Screen { width, height, background };
+        match name {
+            "glass" => {
+                let camera = options.camera.unwrap_or_else(built_in::glass::camera);
+                surface(
+                    name,
+                    built_in::glass::parts(),
+                    Some(camera),
+                    info(built_in::glass::BACKGROUND),
+                    options,
+                )
+            }
+            "teapot" => surface(
+                name,
+                built_in::teapot::parts(),
+                options.camera,
+                info(built_in::BACKDROP),
+                options,
+            ),
+            "smoke" => {
+                refuse_alphas(name, options)?;
+                let info = info(built_in::smoke::BACKGROUND);
+                Ok(Scene { info, content: Content::Smoke(Smoke::new(options.camera, info)) })
+            }
+            _ => match built_in::paper::frame(name) {
+                Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
+                None => {
+                    let parts = mesh::load(name)?;
+                    surface(name, parts, options.camera, info(built_in::BACKDROP), options)
+                }
+            },
+        }
+    }
+
+    /// The frame's size and background.
+    pub fn info(&self) -> Screen {
+        self.info
+    }
+
+    /// Plays the frame in arrival order, the same fragments at every call; all of them lie on the screen with a depth
+    /// below [`pellucid_hw::pixel::Z_FAR`].
+    ///
+    /// # Errors
+    ///
+    /// The receiver's first error, after which nothing more is sent.
+    pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
+        match &self.content {
+            Content::Surface(surface) => surface.play(sink),
+            Content::Smoke(smoke) => smoke.play(sink),
+            Content::Paper(paper) => paper.play(sink),
+        }
+    }
+
+    /// How many triangles, particles or pixel layers a call of [`Scene::play`] goes through.
+    pub fn primitives(&self) -> usize {
+        match &self.content {
+            Content::Surface(surface) => surface.triangles(),
+            Content::Smoke(smoke) => smoke.particles(),
+            Content::Paper(paper) => paper.layers(),
+        }
+    }
+}
+
+fn surface(
+    name: &str,
+    mut parts: Vec<Part>,
+    camera: Option<Camera>,
+    info: Screen,
+    options: &Options,
+) -> Result<Scene, SceneError> {
+    alpha::apply(name, &mut parts, &options.alphas)?;
+    Ok(Scene { info, content: Content::Surface(Surface::new(&parts, camera, info)) })
+}
+
+fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
+    let scene = || name.to_owned();
+    refuse_alphas(name, options)?;
+    if options.camera.is_some() {
+        return Err(SceneError::NoCamera { scene: scene() });
+    }
+    if info.width != DEFAULT_WIDTH {
+        return Err(SceneError::FixedSize { scene: scene(), what: "width", side: info.width });
+    }
+    if info.height != DEFAULT_HEIGHT {
+        return Err(SceneError::FixedSize { scene: scene(), what: "height", side: info.height });
+    }
+    Ok(Scene { info, content: Content::Paper(Paper::new(frame)) })
+}
+
+fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {
+    match options.alphas.is_empty() {
+        true => Ok(()),
+        false => Err(SceneError::NoMeshes { scene: name.into() }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

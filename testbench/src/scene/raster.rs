@@ -1,0 +1,163 @@
+//! Triangles to fragments, exactly: every pixel centre inside a triangle once, on a shared edge once in all.
+//!
+//! Corners are rounded to 1/256 pixel, and from there on coverage is integer arithmetic: an edge function is the cross
+//! product of the edge and the way to the pixel's centre. Inside the guard band a coordinate needs 24 bits with its sign and
+//! an edge function 49, so `i64` holds it without rounding. A centre on an edge belongs to the triangle whose top or left edge
+//! it is. Depth is linear on the screen; colour is interpolated with perspective.
+
+use super::Screen;
+use super::clip::{GUARD, Vertex, clip, is_inside};
+use glam::Vec4;
+use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+
+/// Fraction bits of a screen coordinate.
+const SUB_BITS: u32 = 8;
+/// One pixel in screen coordinates.
+const PIXEL: i64 = 1 << SUB_BITS;
+
+/// A corner on the screen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Corner {
+    /// Column and row in 1/256 pixel, from the upper left corner of the screen.
+    x: i64,
+    y: i64,
+    /// Depth, 0 near to 1 far.
+    z: f64,
+    /// 1 / w, above 0.
+    inv_w: f32,
+    /// Colour, 0..=255 per channel, divided by w.
+    colour_over_w: Vec4,
+}
+
+/// Turns triangles in clip coordinates into the fragments of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Raster {
+    width: u32,
+    height: u32,
+}
+
+impl Raster {
+    /// For a frame of this size.
+    pub fn new(info: Screen) -> Raster {
+        Raster { width: info.width, height: info.height }
+    }
+
+    /// Sends the fragments of one triangle, either side of it, row by row.
+    pub fn draw<E>(
+        &self,
+        triangle: [Vertex; 3],
+        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if is_inside(&triangle) {
+            return self.fill(triangle.each_ref().map(|vertex| self.corner(vertex)), sink);
+        }
+        let polygon = clip(triangle);
+        let [first, rest @ ..] = polygon.corners() else {
+            return Ok(());
+        };
+        let first = self.corner(first);
+        for pair in rest.windows(2) {
+            self.fill([first, self.corner(&pair[0]), self.corner(&pair[1])], sink)?;
+        }
+        Ok(())
+    }
+
+    fn corner(&self, vertex: &Vertex) -> Corner {
+        let inv_w = 1.0 / vertex.clip.w;
+        // Clamped because a cut through a triangle of astronomical size may miss the band by rounding.
+        let screen = |ndc: f64, pixels: u32| {
+            ((ndc.clamp(-GUARD, GUARD) + 1.0) / 2.0 * f64::from(pixels) * PIXEL as f64).round()
+                as i64
+        };
+        Corner {
+            x: screen(vertex.clip.x * inv_w, self.width),
+            y: screen(-vertex.clip.y * inv_w, self.height),
+            z: vertex.clip.z * inv_w,
+            inv_w: inv_w as f32,
+            colour_over_w: vertex.colour * inv_w as f32,
+        }
+    }
+
+    fn fill<E>(
+        &self,
+        [a, mut b, mut c]: [Corner; 3],
+        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut area = cross(a, b, c.x, c.y);
+        if area < 0 {
+            (b, c, area) = (c, b, -area);
+        }
+        let columns = covered([a.x, b.x, c.x], self.width);
+        let rows = covered([a.y, b.y, c.y], self.height);
+        if area == 0 || columns.is_empty() || rows.is_empty() {
+            return Ok(());
+        }
+        let corners = [a, b, c];
+        // Edge i lies opposite corner i, so that its function, over the area, is the weight of that corner.
+        let edges = [(b, c), (c, a), (a, b)];
+        let owns = edges.map(|(from, to)| owns_its_points(from, to));
+        let step_x = edges.map(|(from, to)| (from.y - to.y) * PIXEL);
+        let step_y = edges.map(|(from, to)| (to.x - from.x) * PIXEL);
+        let inv_area = 1.0 / area as f64;
+        let mut row_start =
+            edges.map(|(from, to)| cross(from, to, centre(columns.start), centre(rows.start)));
+        for y in rows {
+            let mut edge = row_start;
+            for x in columns.clone() {
+                if (0..3).all(|i| edge[i] >= i64::from(!owns[i])) {
+                    let weights = edge.map(|e| e as f64 * inv_area);
+                    sink(shaded(x as u32, y as u32, &corners, weights))?;
+                }
+                (0..3).for_each(|i| edge[i] += step_x[i]);
+            }
+            (0..3).for_each(|i| row_start[i] += step_y[i]);
+        }
+        Ok(())
+    }
+}
+
+/// Twice the signed area of `from`, `to` and the point: positive if they turn clockwise on the screen.
+fn cross(from: Corner, to: Corner, x: i64, y: i64) -> i64 {
+    (to.x - from.x) * (y - from.y) - (to.y - from.y) * (x - from.x)
+}
+
+/// Whether a clockwise triangle takes the points on this edge: it does on its left and top edges.
+fn owns_its_points(from: Corner, to: Corner) -> bool {
+    to.y < from.y || (to.y == from.y && to.x > from.x)
+}
+
+/// Coordinate of a pixel's centre.
+fn centre(pixel: i64) -> i64 {
+    pixel * PIXEL + PIXEL / 2
+}
+
+/// The pixels on the screen whose centres lie between the least and the greatest coordinate.
+fn covered(corners: [i64; 3], pixels: u32) -> std::ops::Range<i64> {
+    let [a, b, c] = corners;
+    let first = (a.min(b).min(c) + PIXEL / 2 - 1) >> SUB_BITS;
+    let last = (a.max(b).max(c) - PIXEL / 2) >> SUB_BITS;
+    first.max(0)..(last + 1).min(i64::from(pixels))
+}
+
+fn shaded(x: u32, y: u32, corners: &[Corner; 3], weights: [f64; 3]) -> Fragment {
+    let mix = |of: fn(&Corner) -> f64| (0..3).map(|i| weights[i] * of(&corners[i])).sum::<f64>();
+    let z = mix(|corner| corner.z);
+    let weights = weights.map(|weight| weight as f32);
+    let inv_w: f32 = (0..3).map(|i| weights[i] * corners[i].inv_w).sum();
+    let colour: Vec4 = (0..3).map(|i| weights[i] * corners[i].colour_over_w).sum::<Vec4>() / inv_w;
+    Fragment { x, y, z: depth(z), rgba: packed(colour) }
+}
+
+/// A depth of 0 near to 1 far in 24 bits, below [`Z_FAR`] for all that the far plane does not cut away.
+pub(super) fn depth(z: f64) -> u32 {
+    ((z * f64::from(Z_FAR)).floor() as u32).min(Z_FAR - 1)
+}
+
+/// A colour of 0..=255 per channel, rounded to nearest.
+pub(super) fn packed(colour: Vec4) -> u32 {
+    let [r, g, b, a] = (colour + 0.5).to_array().map(|channel| channel as u8);
+    rgba(r, g, b, a)
+}
+
+#[cfg(test)]
+mod tests;

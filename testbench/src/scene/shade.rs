@@ -1,0 +1,89 @@
+//! Lights the vertices of a scene and plays its triangles.
+//!
+//! One key light over the viewer's left shoulder, a sky that is brighter above, and a highlight on glossy parts. Both
+//! sides of a surface are lit alike, since the inside of transparent things shows.
+
+use super::Screen;
+use super::camera::{Camera, View};
+use super::clip::Vertex;
+use super::geometry::Part;
+use super::raster::Raster;
+use glam::{Vec3, Vec4};
+use pellucid_hw::pixel::Fragment;
+
+/// Direction of the key light in the camera's right, up and back axes.
+const KEY_LIGHT: Vec3 = Vec3::new(-0.45, 0.75, 0.6);
+/// Sharpness of a highlight.
+const SHININESS: i32 = 48;
+/// Highest alpha that a rim or highlight gives to a transparent part.
+const MOST_RIM_ALPHA: f32 = 0.95;
+
+/// Triangles in order of submission, lit and projected.
+#[derive(Debug)]
+pub(super) struct Surface {
+    vertices: Vec<Vertex>,
+    triangles: Vec<[u32; 3]>,
+    raster: Raster,
+}
+
+impl Surface {
+    /// Lights the parts as seen by the camera, or by one that shows all of them if `None`.
+    pub fn new(parts: &[Part], camera: Option<Camera>, info: Screen) -> Surface {
+        let points: Vec<Vec3> = parts.iter().flat_map(|part| &part.positions).copied().collect();
+        let aspect = f64::from(info.width) / f64::from(info.height);
+        let camera = camera.unwrap_or_else(|| Camera::framing(&points, aspect));
+        let view = camera.view(&points, aspect);
+        let mut vertices = Vec::with_capacity(points.len());
+        let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
+        for part in parts {
+            let first = vertices.len() as u32;
+            triangles.extend(part.triangles.iter().map(|corners| corners.map(|i| first + i)));
+            let normals = part.unit_normals();
+            vertices.extend((0..part.positions.len()).map(|i| Vertex {
+                clip: view.clip * part.positions[i].as_dvec3().extend(1.0),
+                colour: lit(part, i, normals[i], &view),
+            }));
+        }
+        Surface { vertices, triangles, raster: Raster::new(info) }
+    }
+
+    /// How many triangles a play goes through.
+    pub fn triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Sends the fragments of all triangles in order of submission.
+    pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
+        for corners in &self.triangles {
+            self.raster.draw(corners.map(|i| self.vertices[i as usize]), sink)?;
+        }
+        Ok(())
+    }
+}
+
+/// Colour of vertex `i`, 0..=255 per channel.
+fn lit(part: &Part, i: usize, normal: Vec3, view: &View) -> Vec4 {
+    let [right, up, back] = view.axes.map(|axis| axis.as_vec3());
+    let to_eye = (view.eye - part.positions[i].as_dvec3())
+        .try_normalize()
+        .map_or(back, |to_eye| to_eye.as_vec3());
+    let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
+    let light = (KEY_LIGHT.x * right + KEY_LIGHT.y * up + KEY_LIGHT.z * back).normalize();
+    let base = part.colours.get(i).copied().unwrap_or_else(|| by_normal(normal).extend(part.alpha));
+
+    let sky = 0.5 + 0.5 * normal.y;
+    let diffuse = normal.dot(light).max(0.0);
+    let highlight =
+        part.gloss * normal.dot((light + to_eye).normalize_or_zero()).max(0.0).powi(SHININESS);
+    let colour = base.truncate() * (0.46 + 0.14 * sky + 0.5 * diffuse) + highlight;
+    let edge_on = (1.0 - normal.dot(to_eye).clamp(0.0, 1.0)).powi(2);
+    let more = part.rim * (edge_on + highlight).min(1.0) * (MOST_RIM_ALPHA - base.w).max(0.0);
+    // A whole number of 255ths, so that a uniform alpha comes out of the interpolation as one value.
+    let alpha = (255.0 * (base.w + more)).round();
+    (255.0 * colour.clamp(Vec3::ZERO, Vec3::ONE)).extend(alpha)
+}
+
+/// A soft colour that tells where a surface faces.
+fn by_normal(normal: Vec3) -> Vec3 {
+    Vec3::new(0.62, 0.66, 0.72) + Vec3::new(0.3, 0.26, 0.24) * normal
+}

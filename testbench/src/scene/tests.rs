@@ -1,0 +1,149 @@
+//! What holds for every scene: options and their messages, fragments on the screen, the same ones at every play.
+
+use super::*;
+use pellucid_hw::pixel::Z_FAR;
+use std::convert::Infallible;
+use std::path::Path;
+use std::time::Instant;
+
+fn fragments(scene: &Scene) -> Vec<Fragment> {
+    let mut fragments = Vec::new();
+    let Ok(()) = scene.play(&mut |fragment| -> Result<(), Infallible> {
+        fragments.push(fragment);
+        Ok(())
+    });
+    fragments
+}
+
+fn refused(name: &str, options: &Options) -> String {
+    Scene::open(name, options).expect_err("the options are bad").to_string()
+}
+
+fn sized(width: u32, height: u32) -> Options {
+    Options { width: Some(width), height: Some(height), ..Options::default() }
+}
+
+#[test]
+fn every_built_in_scene_plays_on_its_screen_and_twice_the_same() {
+    for scene in built_in() {
+        let scene = Scene::open(scene.name, &Options::default()).unwrap();
+        let Screen { width, height, background } = scene.info();
+        assert_eq!((width, height), (640, 480));
+        assert!(background <= 0xff_ffff && scene.primitives() > 0);
+        let played = fragments(&scene);
+        assert!(played.len() > 30_000);
+        assert!(played.iter().all(|f| f.x < width && f.y < height && f.z < Z_FAR));
+        assert!(played == fragments(&scene));
+    }
+}
+
+#[test]
+fn scenes_follow_the_size_asked_for() {
+    for (width, height) in [(1, 1), (300, 7), (7, 300), (MAX_SIDE, 2)] {
+        for name in ["glass", "teapot", "smoke"] {
+            let scene = Scene::open(name, &sized(width, height)).unwrap();
+            assert_eq!((scene.info().width, scene.info().height), (width, height));
+            assert!(fragments(&scene).iter().all(|f| f.x < width && f.y < height && f.z < Z_FAR));
+        }
+    }
+}
+
+#[test]
+fn glass_has_opaque_fragments_that_hide_earlier_transparent_ones() {
+    let mut nearest_glass = vec![u32::MAX; 640 * 480];
+    let mut hiding = 0;
+    for fragment in fragments(&Scene::open("glass", &Options::default()).unwrap()) {
+        let glass = &mut nearest_glass[(fragment.y * 640 + fragment.x) as usize];
+        match fragment.is_opaque() {
+            true => hiding += u32::from(*glass != u32::MAX && fragment.z <= *glass),
+            false => *glass = fragment.z.min(*glass),
+        }
+    }
+    assert!(hiding > 500, "{hiding}");
+}
+
+#[test]
+fn smoke_is_deep() {
+    let mut layers = vec![0u32; 640 * 480];
+    let played = fragments(&Scene::open("smoke", &Options::default()).unwrap());
+    played.iter().for_each(|f| layers[(f.y * 640 + f.x) as usize] += 1);
+    assert!((1_000_000..2_500_000).contains(&played.len()), "{}", played.len());
+    assert!(layers.iter().filter(|&&layers| layers >= 64).count() > 1000);
+    assert!(played.iter().all(|f| (1..255).contains(&(f.rgba & 0xff))));
+}
+
+#[test]
+fn alpha_rules_reach_the_fragments_by_name_and_in_order() {
+    let alphas = ["1", "lid=0.4"].map(|rule| rule.parse().unwrap()).to_vec();
+    let scene = Scene::open("teapot", &Options { alphas, ..Options::default() }).unwrap();
+    let played = fragments(&scene);
+    assert!(played.iter().all(|f| matches!(f.rgba & 0xff, 102 | 255)));
+    assert!(played.iter().any(|f| f.is_opaque()) && !played.iter().all(|f| f.is_opaque()));
+    let default = fragments(&Scene::open("teapot", &Options::default()).unwrap());
+    assert!(default.iter().all(|f| f.rgba & 0xff == 128));
+}
+
+#[test]
+fn bad_options_are_refused_with_a_sentence() {
+    let none = Options::default();
+    let camera = Options { camera: Some("0,0,1:0,0,0".parse().unwrap()), ..none.clone() };
+    let alphas = |rule: &str| Options { alphas: vec![rule.parse().unwrap()], ..Options::default() };
+    let cases = [
+        (
+            "glas",
+            none.clone(),
+            "unknown scene `glas`: did you mean `glass`? A scene is one of glass, teapot, smoke, paper-0, paper-120, \
+             paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a mesh file \
+             (.obj, .ply, .ply.gz, .gltf or .glb)",
+        ),
+        ("no/such.ply", none, "no/such.ply: no such file"),
+        ("glass", sized(0, 480), "width 0 is out of range: expected 1..=8192"),
+        ("glass", sized(640, 8193), "height 8193 is out of range: expected 1..=8192"),
+        ("paper-0", sized(800, 480), "scene `paper-0` is always 640x480: width 800 cannot be had"),
+        ("paper-0", sized(640, 600), "scene `paper-0` is always 640x480: height 600 cannot be had"),
+        ("paper-480", camera, "scene `paper-480` is a list of pixels: a camera cannot be set"),
+        ("paper-0", alphas("0.5"), "scene `paper-0` has no meshes: an alpha cannot be set"),
+        ("smoke", alphas("0.5"), "scene `smoke` has no meshes: an alpha cannot be set"),
+        (
+            "glass",
+            alphas("pane=0.5"),
+            "glass: no mesh, group or material is named `pane`: did you mean `panes`? Known: body, bottom, boxes, \
+             floor, handle, lid, panes, rim, spheres, spout, teapot",
+        ),
+    ];
+    for (name, options, expected) in cases {
+        assert_eq!(refused(name, &options), expected);
+    }
+    assert!(Scene::open("paper-0", &sized(640, 480)).is_ok());
+}
+
+#[test]
+fn a_receiver_that_has_enough_stops_every_kind_of_scene() {
+    for name in ["glass", "smoke", "paper-0"] {
+        let mut left = 10;
+        let result = Scene::open(name, &Options::default()).unwrap().play(&mut |_| {
+            left -= 1;
+            if left == 0 { Err("enough") } else { Ok(()) }
+        });
+        assert_eq!((result, left), (Err("enough"), 0), "{name}");
+    }
+}
+
+#[test]
+fn the_dragon_is_read_whole() {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/meshes"));
+    for (file, triangles) in [("dragon_vrip_res4.ply.gz", 11_102), ("dragon_vrip.ply.gz", 871_414)]
+    {
+        let path = folder.join(file);
+        if !path.exists() {
+            println!("skipped: {file} is not there");
+            continue;
+        }
+        let start = Instant::now();
+        let scene = Scene::open(path.to_str().unwrap(), &Options::default()).unwrap();
+        assert_eq!(scene.primitives(), triangles);
+        let count = fragments(&scene).len();
+        println!("{file}: {count} fragments after {:.2} s", start.elapsed().as_secs_f64());
+        assert!(count > 100_000);
+    }
+}
