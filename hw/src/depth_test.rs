@@ -50,8 +50,8 @@ pub struct Moore {
     pub ready: bool,
 }
 
-/// Outputs.
-#[derive(Clone, Copy, Debug)]
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Out {
     /// Reads a pixel's depth.
     pub depth_read: ReadPort,

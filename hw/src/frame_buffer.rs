@@ -110,14 +110,14 @@ impl Block for FrameBuffer {
             (depth_a, depth_b, colour_a, colour_b)
         };
         for user in i.depth_read {
-            front_depth.read_port().pass(user);
+            front_depth.pass_read(user);
         }
-        front_depth.write_port().pass(i.depth_write);
-        front_colour.read_port().pass(i.colour_read);
+        front_depth.pass_write(i.depth_write);
+        front_colour.pass_read(i.colour_read);
         for user in i.colour_write {
-            front_colour.write_port().pass(user);
+            front_colour.pass_write(user);
         }
-        back_colour.read_port().pass(i.back_read);
+        back_colour.pass_read(i.back_read);
         if i.wipe.valid {
             back_depth.write(i.wipe.payload, Z_FAR);
             back_colour.write(i.wipe.payload, cfg.background);

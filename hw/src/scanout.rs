@@ -68,8 +68,8 @@ pub struct Moore {
     pub busy: bool,
 }
 
-/// Outputs.
-#[derive(Clone, Copy, Debug)]
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Out {
     /// Reads a colour of the back bank.
     pub read: ReadPort,

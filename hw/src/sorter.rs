@@ -13,9 +13,9 @@
 //! arrival order.
 //!
 //! A pixel with more than K fragments comes in several passes. In each, the K farthest that have not
-//! left yet stay and the others fall off the end; the pass's last fragment left sets the threshold
-//! (depth, then position in the chain) behind which the next pass begins. So any number of layers is
-//! exact, at the price of `ceil(n / K)` passes.
+//! left yet stay and the others fall off the end. The pass's last fragment sets the threshold of the
+//! next: its depth, and how many fragments of that depth have left. So any number of layers is exact,
+//! at the price of `ceil(n / K)` passes.
 
 use crate::blender::Sorted;
 use crate::pixel::{Marked, Screen, Z_BITS};
@@ -35,8 +35,8 @@ pub struct Config {
     pub depth: u32,
     /// The screen.
     pub screen: Screen,
-    /// Bits of a fragment's position in its pixel's chain.
-    pub position_bits: u32,
+    /// Bits of how many fragments a pixel may have.
+    pub layer_bits: u32,
 }
 
 impl Config {
@@ -57,9 +57,6 @@ pub struct Arrived {
     /// Its colour, `0xRRGGBBAA`.
     #[width(32)]
     pub rgba: u32,
-    /// How many of the pixel's fragments arrived before it.
-    #[width(cfg.position_bits)]
-    pub position: u32,
     /// It is in front of the pixel's opaque depth. Hidden ones only carry the two marks below.
     pub visible: bool,
     /// The last of the pass.
@@ -68,7 +65,23 @@ pub struct Arrived {
     pub last_pass: bool,
 }
 
-/// Registers. Entry 0 leaves first.
+/// A fragment that waits in a register.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Entry {
+    /// Its pixel.
+    #[width(cfg.screen.pixel_bits())]
+    pub pixel: u32,
+    /// Its depth.
+    #[width(Z_BITS)]
+    pub z: u32,
+    /// Its colour, `0xRRGGBBAA`.
+    #[width(32)]
+    pub rgba: u32,
+    /// The last of its pixel.
+    pub last: bool,
+}
+
+/// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Entries in use.
@@ -81,31 +94,19 @@ pub struct State {
     pub again: bool,
     /// Depth of the last fragment of the pass before.
     #[width(Z_BITS)]
-    pub threshold_z: u32,
-    /// Position of the last fragment of the pass before.
-    #[width(cfg.position_bits)]
-    pub threshold_position: u32,
+    pub threshold: u32,
+    /// Fragments of that depth that left in earlier passes.
+    #[width(cfg.layer_bits)]
+    pub left: u32,
+    /// Fragments of that depth that came in so far in this pass.
+    #[width(cfg.layer_bits)]
+    pub came: u32,
     /// The end of the frame has come in.
     pub end: bool,
-    /// Depth of each entry.
-    #[width(Z_BITS)]
+    /// The fragments; the first leaves first.
+    #[with(*cfg)]
     #[len(cfg.depth)]
-    pub z: [u32; MAX_DEPTH],
-    /// Position in the chain of each entry.
-    #[width(cfg.position_bits)]
-    #[len(cfg.depth)]
-    pub position: [u32; MAX_DEPTH],
-    /// Colour of each entry.
-    #[width(32)]
-    #[len(cfg.depth)]
-    pub rgba: [u32; MAX_DEPTH],
-    /// Pixel of each entry.
-    #[width(cfg.screen.pixel_bits())]
-    #[len(cfg.depth)]
-    pub pixel: [u32; MAX_DEPTH],
-    /// Whether each entry is the last of its pixel.
-    #[len(cfg.depth)]
-    pub last: [bool; MAX_DEPTH],
+    pub entries: [Entry; MAX_DEPTH],
 }
 
 /// Inputs.
@@ -126,6 +127,11 @@ pub struct Moore {
     pub sorted: Stream<Marked<Sorted>>,
 }
 
+/// Whether `z` is the threshold already.
+fn at_same_depth(q: &State, z: u32) -> bool {
+    q.again && q.threshold == z
+}
+
 impl Block for Sorter {
     type Config = Config;
     type State = State;
@@ -139,14 +145,11 @@ impl Block for Sorter {
             count: 0,
             closed: 0,
             again: false,
-            threshold_z: 0,
-            threshold_position: 0,
+            threshold: 0,
+            left: 0,
+            came: 0,
             end: false,
-            z: [0; MAX_DEPTH],
-            position: [0; MAX_DEPTH],
-            rgba: [0; MAX_DEPTH],
-            pixel: [0; MAX_DEPTH],
-            last: [false; MAX_DEPTH],
+            entries: [Entry::default(); MAX_DEPTH],
         }
     }
 
@@ -154,7 +157,8 @@ impl Block for Sorter {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
-        let item = Sorted { pixel: q.pixel[0], rgba: q.rgba[0], last: q.last[0] };
+        let Entry { pixel, rgba, last, .. } = q.entries[0];
+        let item = Sorted { pixel, rgba, last };
         let end = q.end && q.count == 0;
         Moore {
             ready: !q.end && (q.count < cfg.depth || q.closed == 0),
@@ -171,74 +175,62 @@ impl Block for Sorter {
         }
         let take = i.arrived.valid && ready;
         let Marked { end, item } = i.arrived.payload;
-        let behind = item.z < q.threshold_z
-            || (item.z == q.threshold_z && item.position > q.threshold_position);
-        let insert = take && !end && item.visible && (!q.again || behind);
+        let fragment = take && !end;
         if take && end {
             d.end = true;
         }
 
-        // The entries move one place towards the exit when one leaves.
-        let mut count = q.count;
-        let mut closed = q.closed;
-        if pop {
-            for k in 1..cfg.depth as usize {
-                d.z[k - 1] = q.z[k];
-                d.position[k - 1] = q.position[k];
-                d.rgba[k - 1] = q.rgba[k];
-                d.pixel[k - 1] = q.pixel[k];
-                d.last[k - 1] = q.last[k];
-            }
-            count -= 1;
-            closed -= 1;
+        // Which fragments have not left in an earlier pass?
+        let at_threshold = q.again && item.z == q.threshold;
+        let left = q.again && (item.z > q.threshold || (at_threshold && q.came < q.left));
+        let insert = fragment && item.visible && !left;
+        if fragment && item.visible && at_threshold {
+            d.came = q.came + 1;
         }
-        // The new one goes behind all that are closed and all that are as far or farther; the others
-        // make room, and the last falls off if all registers are in use.
-        if insert {
-            let e = *d;
-            let mut at = 0;
+
+        // One leaves: the others move a place towards the exit. One comes: it goes behind all that
+        // are closed and all that are as far or farther, and pushes those behind it one place back;
+        // the last falls off if all registers are in use.
+        let step = u32::from(pop);
+        let count = q.count - step;
+        let closed = q.closed - step;
+        if pop || insert {
+            let mut carry = Entry { pixel: item.pixel, z: item.z, rgba: item.rgba, last: false };
+            let mut placed = false;
             for k in 0..cfg.depth {
-                let before = k < closed || (k < count && e.z[k as usize] >= item.z);
-                at += u32::from(before);
-            }
-            for k in 0..cfg.depth as usize {
-                let behind = k > at as usize;
-                let from = if behind { k - 1 } else { k };
-                d.z[k] = e.z[from];
-                d.position[k] = e.position[from];
-                d.rgba[k] = e.rgba[from];
-                d.pixel[k] = e.pixel[from];
-                d.last[k] = e.last[from];
-            }
-            if at < cfg.depth {
-                let at = at as usize;
-                d.z[at] = item.z;
-                d.position[at] = item.position;
-                d.rgba[at] = item.rgba;
-                d.pixel[at] = item.pixel;
-                d.last[at] = false;
-            }
-            if count < cfg.depth {
-                count += 1;
+                let here = q.entries[((k + step) as usize).min(MAX_DEPTH - 1)];
+                placed |= insert && k >= closed && (k >= count || here.z < item.z);
+                if placed {
+                    d.entries[k as usize] = carry;
+                    carry = here;
+                } else {
+                    d.entries[k as usize] = here;
+                }
             }
         }
-        d.count = count;
         d.closed = closed;
+        d.count = if insert && count < cfg.depth { count + 1 } else { count };
 
         // The end of a pass closes what is in.
-        if take && !end && item.last {
-            let newest = (d.count.max(1) - 1) as usize;
-            if item.last_pass {
-                if d.count > closed {
-                    d.last[newest] = true;
-                }
-                d.again = false;
-            } else {
-                d.threshold_z = d.z[newest];
-                d.threshold_position = d.position[newest];
-                d.again = true;
-            }
+        if fragment && item.last {
             d.closed = d.count;
+            d.again = !item.last_pass;
+            d.came = 0;
+            if d.count > 0 {
+                let newest = (d.count - 1) as usize;
+                if item.last_pass {
+                    // A pixel of which nothing is visible marks nothing: those before it are closed.
+                    d.entries[newest].last |= d.count > closed;
+                } else {
+                    let z = d.entries[newest].z;
+                    let mut same = if at_same_depth(q, z) { q.left } else { 0 };
+                    for k in 0..cfg.depth {
+                        same += u32::from(k < d.count && d.entries[k as usize].z == z);
+                    }
+                    d.threshold = z;
+                    d.left = same;
+                }
+            }
         }
     }
 }

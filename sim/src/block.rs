@@ -48,11 +48,23 @@ pub trait Block {
 /// A block under the clock.
 pub struct Sim<B: Block> {
     cfg: B::Config,
+    /// The registers at the start of the last cycle.
     q: B::State,
-    /// Equal to `q` between cycles.
+    /// The registers now.
     d: B::State,
     mem: B::Mem,
+    out: Option<B::Out>,
     cycle: u64,
+}
+
+/// What there was to see in one cycle.
+pub struct Cycle<'a, B: Block> {
+    /// The configuration.
+    pub cfg: &'a B::Config,
+    /// The registers during the cycle.
+    pub q: &'a B::State,
+    /// The outputs during the cycle.
+    pub out: &'a B::Out,
 }
 
 impl<B: Block> Sim<B>
@@ -62,17 +74,18 @@ where
     /// The block at power-up, in reset.
     pub fn new(cfg: B::Config) -> Sim<B> {
         let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
-        Sim { cfg, q, d: q, mem, cycle: 0 }
+        Sim { cfg, q, d: q, mem, out: None, cycle: 0 }
     }
 
-    /// One clock cycle with the inputs `i`; gives the outputs of that cycle.
+    /// One clock cycle with the inputs `i`; shows that cycle.
     ///
     /// # Errors
     /// A [`Fault`] is a bug in the block: a port used twice, an address out of range, or (in debug
     /// builds) a register wider than declared or a word read before it was written.
     #[inline(always)]
-    pub fn clock(&mut self, i: B::In) -> Result<B::Out, Fault> {
-        let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
+    pub fn clock(&mut self, i: B::In) -> Result<Cycle<'_, B>, Fault> {
+        self.q = self.d;
+        self.out = Some(B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i));
         if self.mem.clock() {
             return Err(self.fault());
         }
@@ -82,9 +95,11 @@ where
             let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
             return Err(Fault { path, cycle: self.cycle, kind });
         }
-        self.q = self.d;
         self.cycle += 1;
-        Ok(out)
+        match &self.out {
+            Some(out) => Ok(Cycle { cfg: &self.cfg, q: &self.q, out }),
+            None => unreachable!("it was set above"),
+        }
     }
 
     #[cold]
@@ -101,8 +116,7 @@ where
 
     /// Reset: the registers go back, the memories keep what they hold.
     pub fn reset(&mut self) {
-        self.q = B::reset(&self.cfg);
-        self.d = self.q;
+        self.d = B::reset(&self.cfg);
     }
 
     /// The configuration.
@@ -110,14 +124,14 @@ where
         &self.cfg
     }
 
-    /// The registers.
+    /// The registers now, as the coming cycle will see them.
     pub fn state(&self) -> &B::State {
-        &self.q
+        &self.d
     }
 
     /// What can be seen before the inputs of the coming cycle are known.
     pub fn moore(&self) -> B::Moore {
-        B::moore(&self.cfg, &self.q, &self.mem)
+        B::moore(&self.cfg, &self.d, &self.mem)
     }
 
     /// Edges since power-up.
@@ -178,7 +192,7 @@ mod tests {
         for _ in 0..3 {
             sim.clock(false).unwrap();
         }
-        let fault = sim.clock(false).unwrap_err();
+        let fault = sim.clock(false).err().unwrap();
         assert_eq!(fault.to_string(), "cycle 3: count: `count` = 4 does not fit its 2 bits");
     }
 
@@ -186,7 +200,7 @@ mod tests {
     fn a_port_used_twice_is_named_with_its_cycle() {
         let mut sim = Sim::<Careless>::new(());
         sim.clock(false).unwrap();
-        let fault = sim.clock(true).unwrap_err();
+        let fault = sim.clock(true).err().unwrap();
         assert_eq!(fault.to_string(), "cycle 1: table: its write port was used twice");
     }
 

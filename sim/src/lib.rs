@@ -50,7 +50,7 @@
 //! }
 //!
 //! let mut sim = Sim::<Counter>::new(Config { limit: 2 });
-//! let full: Vec<bool> = (0..4).map(|_| sim.clock(In { up: true }).unwrap().full).collect();
+//! let full: Vec<bool> = (0..4).map(|_| sim.clock(In { up: true }).unwrap().out.full).collect();
 //! assert_eq!(full, [false, false, true, true]);
 //! ```
 

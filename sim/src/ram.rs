@@ -54,14 +54,6 @@ impl ReadPort {
         self.en = true;
         self.addr = addr;
     }
-    /// Passes on what a user of the port asks for, if anything.
-    #[inline(always)]
-    pub fn pass(&mut self, user: ReadPort) {
-        if user.en {
-            self.twice |= user.twice;
-            self.read(user.addr);
-        }
-    }
 }
 
 /// A request on a write port. One a cycle.
@@ -81,14 +73,6 @@ impl<T: Copy> WritePort<T> {
         self.en = true;
         self.addr = addr;
         self.data = data;
-    }
-    /// Passes on what a user of the port asks for, if anything.
-    #[inline(always)]
-    pub fn pass(&mut self, user: WritePort<T>) {
-        if user.en {
-            self.twice |= user.twice;
-            self.write(user.addr, user.data);
-        }
     }
 }
 
@@ -117,18 +101,6 @@ impl<T: Copy> Port<T> {
         self.write = true;
         self.data = data;
     }
-    /// Passes on what a user of the port asks for, if anything.
-    #[inline(always)]
-    pub fn pass(&mut self, user: Port<T>) {
-        if user.en {
-            self.twice |= user.twice;
-            if user.write {
-                self.write(user.addr, user.data);
-            } else {
-                self.read(user.addr);
-            }
-        }
-    }
 }
 
 /// The words, their traffic and their faults: what both kinds of memory share.
@@ -144,6 +116,8 @@ struct Words<T> {
     line: Vec<Read<T>>,
     line_at: usize,
     q: Read<T>,
+    /// Something is asked, shown as valid or under way: else the edge changes nothing.
+    busy: bool,
 }
 
 impl<T: Copy + Default> Words<T> {
@@ -160,6 +134,7 @@ impl<T: Copy + Default> Words<T> {
             line: vec![Read::default(); latency as usize - 1],
             line_at: 0,
             q: Read::default(),
+            busy: false,
         }
     }
 
@@ -197,17 +172,18 @@ impl<T: Copy + Default> Words<T> {
 
     /// The read data moves on by one cycle.
     #[inline(always)]
-    fn advance(&mut self, read: Option<T>) {
-        let new = Read { valid: read.is_some(), data: read.unwrap_or(self.q.data) };
+    fn advance(&mut self, new: Read<T>) {
         if self.line.is_empty() {
+            self.busy = new.valid;
             self.q = new;
-            return;
+        } else {
+            self.pipeline(new);
         }
+    }
+
+    fn pipeline(&mut self, new: Read<T>) {
         self.q = std::mem::replace(&mut self.line[self.line_at], new);
-        self.line_at += 1;
-        if self.line_at == self.line.len() {
-            self.line_at = 0;
-        }
+        self.line_at = (self.line_at + 1) % self.line.len();
     }
 
     fn info(&self) -> StorageInfo {
@@ -240,25 +216,33 @@ impl<T: Copy + Default> Ram1R1W<T> {
     pub fn q(&self) -> Read<T> {
         self.core.q
     }
-    /// Its read port.
-    #[inline(always)]
-    pub fn read_port(&mut self) -> &mut ReadPort {
-        &mut self.read
-    }
-    /// Its write port.
-    #[inline(always)]
-    pub fn write_port(&mut self) -> &mut WritePort<T> {
-        &mut self.write
-    }
     /// Asks for the word at `addr`.
     #[inline(always)]
     pub fn read(&mut self, addr: u32) {
         self.read.read(addr);
+        self.core.busy = true;
     }
     /// Asks for `data` to be put at `addr`.
     #[inline(always)]
     pub fn write(&mut self, addr: u32, data: T) {
         self.write.write(addr, data);
+        self.core.busy = true;
+    }
+    /// Asks its read port for what another block asks, if anything.
+    #[inline(always)]
+    pub fn pass_read(&mut self, user: ReadPort) {
+        if user.en {
+            self.read(user.addr);
+            self.read.twice |= user.twice;
+        }
+    }
+    /// Asks its write port for what another block asks, if anything.
+    #[inline(always)]
+    pub fn pass_write(&mut self, user: WritePort<T>) {
+        if user.en {
+            self.write(user.addr, user.data);
+            self.write.twice |= user.twice;
+        }
     }
 }
 
@@ -266,6 +250,9 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
     #[inline(always)]
     fn clock(&mut self) -> bool {
         let Ram1R1W { core, policy, read, write } = self;
+        if !core.busy {
+            return false;
+        }
         if read.twice {
             core.fail(FaultKind::PortUsedTwice("read"));
         }
@@ -280,11 +267,11 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
         if write.en && new {
             core.store(write.addr, write.data);
         }
-        let data = if read.en { Some(core.load(read.addr)) } else { None };
+        let data = if read.en { core.load(read.addr) } else { core.q.data };
         if write.en && !new {
             core.store(write.addr, write.data);
         }
-        core.advance(data);
+        core.advance(Read { valid: read.en, data });
         (read.en, read.twice, write.en, write.twice) = (false, false, false, false);
         core.fault.is_some()
     }
@@ -310,20 +297,28 @@ impl<T: Copy + Default> Ram1RW<T> {
     pub fn q(&self) -> Read<T> {
         self.core.q
     }
-    /// Its port.
-    #[inline(always)]
-    pub fn port(&mut self) -> &mut Port<T> {
-        &mut self.port
-    }
     /// Asks for the word at `addr`.
     #[inline(always)]
     pub fn read(&mut self, addr: u32) {
         self.port.read(addr);
+        self.core.busy = true;
     }
     /// Asks for `data` to be put at `addr`.
     #[inline(always)]
     pub fn write(&mut self, addr: u32, data: T) {
         self.port.write(addr, data);
+        self.core.busy = true;
+    }
+    /// Asks for what another block asks, if anything.
+    #[inline(always)]
+    pub fn pass(&mut self, user: Port<T>) {
+        if user.en && user.write {
+            self.write(user.addr, user.data);
+            self.port.twice |= user.twice;
+        } else if user.en {
+            self.read(user.addr);
+            self.port.twice |= user.twice;
+        }
     }
 }
 
@@ -331,14 +326,18 @@ impl<T: Copy + Default> Memory for Ram1RW<T> {
     #[inline(always)]
     fn clock(&mut self) -> bool {
         let Ram1RW { core, port } = self;
+        if !core.busy {
+            return false;
+        }
         if port.twice {
             core.fail(FaultKind::PortUsedTwice("only"));
         }
         if port.en && port.write {
             core.store(port.addr, port.data);
         }
-        let data = if port.en && !port.write { Some(core.load(port.addr)) } else { None };
-        core.advance(data);
+        let read = port.en && !port.write;
+        let data = if read { core.load(port.addr) } else { core.q.data };
+        core.advance(Read { valid: read, data });
         (port.en, port.twice, port.write) = (false, false, false);
         core.fault.is_some()
     }
@@ -449,7 +448,7 @@ mod tests {
         assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("read")));
         let mut user = WritePort::default();
         user.write(2, 0);
-        ram.write_port().pass(user);
+        ram.pass_write(user);
         assert!(step(&mut ram, None, Some((1, 0))));
         assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("write")));
         assert!(step(&mut ram, None, Some((4, 0))));
@@ -459,7 +458,7 @@ mod tests {
         single.write(0, 0);
         let mut user = Port::default();
         user.read(0);
-        single.port().pass(user);
+        single.pass(user);
         assert!(single.clock());
         assert_eq!(single.take_fault(), Some(FaultKind::PortUsedTwice("only")));
     }

@@ -51,9 +51,6 @@ pub struct Pending {
     /// The pixel's opaque depth.
     #[width(Z_BITS)]
     pub depth: u32,
-    /// Position in the chain.
-    #[width(cfg.position_bits())]
-    pub position: u32,
     /// Last of its pass.
     pub last: bool,
 }
@@ -73,7 +70,7 @@ pub struct State {
     #[with(*cfg)]
     pub place: Place,
     /// Its position in the chain.
-    #[width(cfg.position_bits())]
+    #[width(cfg.layer_bits())]
     pub position: u32,
     /// The pixel is read again.
     pub again: bool,
@@ -86,10 +83,10 @@ pub struct State {
     #[with(cfg.params.reads_in_flight)]
     pub arrived: fifo::State,
     /// Visible fragments of the pixel in its first pass so far.
-    #[width(cfg.position_bits())]
+    #[width(cfg.layer_bits())]
     pub visible: u32,
     /// Visible fragments that are left for further passes.
-    #[width(cfg.position_bits())]
+    #[width(cfg.layer_bits())]
     pub left: u32,
 }
 
@@ -158,7 +155,7 @@ fn pendings(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: cfg.params.reads_in_flight, item: *cfg }
 }
 fn arrivals(cfg: &Config) -> fifo::Config<sorter::Config> {
-    fifo::Config { depth: cfg.params.reads_in_flight, item: cfg.sorter() }
+    fifo::Config { depth: cfg.params.reads_in_flight, item: cfg.sorter }
 }
 
 impl Block for ChainReader {
@@ -231,7 +228,6 @@ impl Block for ChainReader {
                 pixel: oldest.pixel,
                 z: i.word.data.z,
                 rgba: i.word.data.rgba,
-                position: oldest.position,
                 visible,
                 last: oldest.last,
                 last_pass: left == 0,
@@ -264,12 +260,8 @@ impl Block for ChainReader {
                     let shallow = q.position < depth;
                     o.read = Stream::offer(q.place);
                     o.read_again = q.again;
-                    fetch = Stream::offer(Pending {
-                        pixel: q.chain.pixel,
-                        depth: q.chain.depth,
-                        position: q.position,
-                        last,
-                    });
+                    fetch =
+                        Stream::offer(Pending { pixel: q.chain.pixel, depth: q.chain.depth, last });
                     d.outside = outside;
                     d.position = q.position + 1;
                     if !more_here && !q.again && shallow {

@@ -1,5 +1,6 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
+use super::release;
 use crate::params::ParamError;
 use crate::pixel::Screen;
 use crate::{allocator, choice, parameters, sorter};
@@ -99,6 +100,10 @@ pub struct Config {
     pub tail: bool,
     /// `scan` is `bitmap`.
     pub bitmap: bool,
+    /// The sorter.
+    pub sorter: sorter::Config,
+    /// The release queue: room for the sections that one pass sorts, and some on their way.
+    pub release: release::Config,
 }
 
 impl Config {
@@ -115,12 +120,21 @@ impl Config {
                  fragments: expected at most {MAX_FRAGMENTS}"
             )));
         }
+        let null = params.sections + params.outside_sections;
+        let sorter =
+            sorter::Config { depth: params.sorter_depth, screen, layer_bits: bits_for(fragments) };
+        let release = release::Config {
+            depth: params.sorter_depth.div_ceil(params.section_capacity) + 4,
+            id_bits: bits_for(u64::from(null)),
+        };
         Ok(Config {
             screen,
-            null: params.sections + params.outside_sections,
+            null,
             capacity: params.section_capacity,
             tail: params.append == Append::Tail,
             bitmap: params.scan == Scan::Bitmap,
+            sorter,
+            release,
             params,
         })
     }
@@ -137,9 +151,9 @@ impl Config {
     pub fn slot_bits(&self) -> u32 {
         bits_for(u64::from(self.capacity - 1))
     }
-    /// Bits of a fragment's position in its pixel's chain.
-    pub fn position_bits(&self) -> u32 {
-        bits_for(u64::from(self.null) * u64::from(self.capacity))
+    /// Bits of how many fragments a pixel may have.
+    pub fn layer_bits(&self) -> u32 {
+        self.sorter.layer_bits
     }
     /// Words of the occupancy bitmap.
     pub fn occupancy_words(&self) -> u32 {
@@ -152,14 +166,6 @@ impl Config {
     /// The allocator of the sections outside.
     pub fn outside(&self) -> allocator::Config {
         allocator::Config { sections: self.params.outside_sections }
-    }
-    /// The sorter.
-    pub fn sorter(&self) -> sorter::Config {
-        sorter::Config {
-            depth: self.params.sorter_depth,
-            screen: self.screen,
-            position_bits: self.position_bits(),
-        }
     }
 }
 

@@ -35,6 +35,7 @@ pub mod nsa;
 pub mod occupancy;
 pub mod pool;
 pub mod release;
+pub mod resolve;
 pub mod scan;
 pub mod sections;
 pub mod ssa;
@@ -42,23 +43,21 @@ pub mod store;
 pub mod tables;
 
 use crate::allocator::{self, Allocator};
-use crate::blender::{self, Blender, Sorted};
+use crate::blender::Sorted;
 use crate::depth_test::{self, DepthTest};
 use crate::frame_buffer::{self, FrameBuffer};
 use crate::machine::{Frame, Phase};
 use crate::pixel::{Fragment, Marked, PixelFragment};
 use crate::scanout::{self, Scanout};
-use crate::sorter::{self, Arrived, Sorter};
-use chain::ChainReader;
+use crate::sorter::Arrived;
 use config::Config;
-use lookup::{Chain, Lookup};
+use lookup::Chain;
 use nsa::Nsa;
 use occupancy::Occupancy;
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream};
 use pool::Pool;
-use release::ReleaseQueue;
-use scan::Scan;
+use resolve::Resolve;
 use sections::Sections;
 use ssa::Ssa;
 use std::marker::PhantomData;
@@ -77,8 +76,8 @@ pub struct State<A: Allocator> {
     pub clear: Stream<u32>,
     /// The end of the frame has come in: fragments of the next one must wait.
     pub ended: bool,
-    /// All pixels are blended.
-    pub blended: bool,
+    /// The image is complete.
+    pub resolved: bool,
     /// See [`depth_test`].
     #[with(cfg.screen)]
     pub depth_test: depth_test::State,
@@ -88,24 +87,9 @@ pub struct State<A: Allocator> {
     /// See [`pool`].
     #[with(*cfg)]
     pub pool: pool::State<A>,
-    /// See [`scan`].
+    /// See [`resolve`].
     #[with(*cfg)]
-    pub scan: scan::State,
-    /// See [`lookup`].
-    #[with(*cfg)]
-    pub lookup: lookup::State,
-    /// See [`chain`].
-    #[with(*cfg)]
-    pub chain: chain::State,
-    /// See [`release`].
-    #[with(cfg.release())]
-    pub release: release::State,
-    /// See [`sorter`].
-    #[with(cfg.sorter())]
-    pub sorter: sorter::State,
-    /// See [`blender`].
-    #[with(cfg.screen)]
-    pub blender: blender::State,
+    pub resolve: resolve::State,
     /// See [`frame_buffer`].
     #[with(cfg.screen)]
     pub frame_buffer: frame_buffer::State,
@@ -133,12 +117,8 @@ pub struct Mem<A: Allocator> {
     pub depth_test: depth_test::Mem,
     /// See [`store`].
     pub store: store::Mem,
-    /// See [`lookup`].
-    pub lookup: lookup::Mem,
-    /// See [`chain`].
-    pub chain: chain::Mem,
-    /// See [`release`].
-    pub release: release::Mem,
+    /// See [`resolve`].
+    pub resolve: resolve::Mem,
     /// See [`scanout`].
     pub scanout: scanout::Mem,
 }
@@ -171,7 +151,7 @@ pub struct Out {
     #[with(*cfg)]
     pub chain: Handshake<Marked<Chain>>,
     /// Fragments that were read back.
-    #[with(cfg.sorter())]
+    #[with(cfg.sorter)]
     pub arrived: Handshake<Marked<Arrived>>,
     /// Fragments in blending order.
     #[with(cfg.screen)]
@@ -217,14 +197,6 @@ pub struct Events {
     pub frame_done: bool,
 }
 
-impl Config {
-    /// The release queue: room for the sections of a pixel that one pass sorts, and some on the way.
-    pub fn release(&self) -> release::Config {
-        let depth = self.params.sorter_depth.div_ceil(self.capacity) + 4;
-        release::Config { depth, id_bits: self.id_bits() }
-    }
-}
-
 impl<A: Allocator> Block for TBuffer<A> {
     type Config = Config;
     type State = State<A>;
@@ -238,16 +210,11 @@ impl<A: Allocator> Block for TBuffer<A> {
             phase: Phase::Clear,
             clear: Stream::offer(0),
             ended: false,
-            blended: false,
+            resolved: false,
             depth_test: DepthTest::reset(&cfg.screen),
             store: Store::reset(cfg),
             pool: Pool::<A>::reset(cfg),
-            scan: Scan::reset(cfg),
-            lookup: Lookup::reset(cfg),
-            chain: ChainReader::reset(cfg),
-            release: ReleaseQueue::reset(&cfg.release()),
-            sorter: Sorter::reset(&cfg.sorter()),
-            blender: Blender::reset(&cfg.screen),
+            resolve: Resolve::reset(cfg),
             frame_buffer: FrameBuffer::reset(&cfg.screen),
             scanout: Scanout::reset(&cfg.screen),
         }
@@ -263,9 +230,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             frame_buffer: FrameBuffer::memories(&cfg.screen),
             depth_test: DepthTest::memories(&cfg.screen),
             store: Store::memories(cfg),
-            lookup: Lookup::memories(cfg),
-            chain: ChainReader::memories(cfg),
-            release: ReleaseQueue::memories(&cfg.release()),
+            resolve: Resolve::memories(cfg),
             scanout: Scanout::memories(&cfg.screen),
         }
     }
@@ -285,70 +250,57 @@ impl<A: Allocator> Block for TBuffer<A> {
         let buffer = FrameBuffer::moore(screen, &q.frame_buffer, &m.frame_buffer);
         let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
         let store_ready = Store::moore(cfg, &q.store, &m.store).ready;
-        let pixel = Scan::moore(cfg, &q.scan, &()).pixel;
-        let lookup_ready = Lookup::moore(cfg, &q.lookup, &m.lookup).ready;
-        let chain = ChainReader::moore(cfg, &q.chain, &m.chain);
-        let release = ReleaseQueue::moore(&cfg.release(), &q.release, &m.release);
-        let sorter = Sorter::moore(&cfg.sorter(), &q.sorter, &());
         let scanout = Scanout::moore(screen, &q.scanout, &m.scanout);
 
-        // Store: from the depth test to the sections.
-        let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
-        let fragment_ready = open && depth_test_ready;
-        let to_depth_test = depth_test::In {
-            fragment: Stream { valid: i.fragment.valid && open, payload: i.fragment.payload },
-            depth: buffer.depth,
-            passed_ready: store_ready,
-        };
-        let test = DepthTest::next(
-            screen,
-            &q.depth_test,
-            &mut d.depth_test,
-            &mut m.depth_test,
-            to_depth_test,
-        );
-        let to_store = store::In {
-            fragment: test.passed,
-            ssa,
-            nsa,
-            occupancy,
-            grant: pool.grant,
-            exhausted: pool.exhausted,
-        };
-        let store = Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store);
+        // Store, clocked while a frame may come in: from the depth test to the sections.
+        let storing = matches!(q.phase, Phase::Idle | Phase::Store);
+        let fragment_ready = storing && !q.ended && depth_test_ready;
+        let (mut test, mut store) = (depth_test::Out::default(), store::Out::default());
+        if storing {
+            let to_depth_test = depth_test::In {
+                fragment: Stream {
+                    valid: i.fragment.valid && !q.ended,
+                    payload: i.fragment.payload,
+                },
+                depth: buffer.depth,
+                passed_ready: store_ready,
+            };
+            test = DepthTest::next(
+                screen,
+                &q.depth_test,
+                &mut d.depth_test,
+                &mut m.depth_test,
+                to_depth_test,
+            );
+            let to_store = store::In {
+                fragment: test.passed,
+                ssa,
+                nsa,
+                occupancy,
+                grant: pool.grant,
+                exhausted: pool.exhausted,
+            };
+            store = Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store);
+        }
 
-        // Resolve: from the scan to the blended pixel.
-        let to_scan = scan::In {
-            start: q.phase == Phase::Store && store.frame_stored,
-            occupancy,
-            pixel_ready: lookup_ready,
-        };
-        let scan = Scan::next(cfg, &q.scan, &mut d.scan, &mut (), to_scan);
-        let to_lookup = lookup::In { pixel, ssa, depth: buffer.depth, chain_ready: chain.ready };
-        let lookup = Lookup::next(cfg, &q.lookup, &mut d.lookup, &mut m.lookup, to_lookup);
-        let to_chain = chain::In {
-            chain: lookup.chain,
-            nsa,
-            word,
-            arrived_ready: sorter.ready,
-            release_ready: release.ready,
-        };
-        let reader = ChainReader::next(cfg, &q.chain, &mut d.chain, &mut m.chain, to_chain);
-        let to_sorter = sorter::In { arrived: chain.arrived, sorted_ready: true };
-        Sorter::next(&cfg.sorter(), &q.sorter, &mut d.sorter, &mut (), to_sorter);
-        let to_blender = blender::In { sorted: sorter.sorted, colour: buffer.colour };
-        let blend = Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender);
-        ReleaseQueue::next(
-            &cfg.release(),
-            &q.release,
-            &mut d.release,
-            &mut m.release,
-            reader.release,
-        );
+        // Resolve, clocked from the end of the store on.
+        let mut resolve = resolve::Out::default();
+        if store.frame_stored || q.phase == Phase::Resolve {
+            let to_resolve = resolve::In {
+                start: store.frame_stored,
+                ssa,
+                nsa,
+                occupancy,
+                word,
+                depth: buffer.depth,
+                colour: buffer.colour,
+            };
+            resolve = Resolve::next(cfg, &q.resolve, &mut d.resolve, &mut m.resolve, to_resolve);
+        }
 
         // The frame's course.
-        let blended = q.blended || blend.frame_done;
-        let frame_done = blended && release.empty && !scanout.busy;
+        let resolved = q.resolved || resolve.done;
+        let frame_done = resolved && !scanout.busy;
         match q.phase {
             Phase::Clear => {
                 if q.clear.valid {
@@ -369,45 +321,40 @@ impl<A: Allocator> Block for TBuffer<A> {
                     d.phase = Phase::Resolve;
                 }
             }
-            Phase::Resolve => {
+            Phase::Resolve | Phase::Wait => {
                 if frame_done {
                     d.phase = Phase::Idle;
-                } else if blended && release.empty {
+                } else if resolved {
                     d.phase = Phase::Wait;
-                }
-            }
-            Phase::Wait => {
-                if frame_done {
-                    d.phase = Phase::Idle;
                 }
             }
         }
         let ended = i.fragment.valid && fragment_ready && i.fragment.payload.end;
         d.ended = (q.ended || ended) && !frame_done;
-        d.blended = blended && !frame_done;
+        d.resolved = resolved && !frame_done;
 
         // The tables and the frame buffer serve whoever asks.
         let to_ssa = ssa::In {
             store_read: store.ssa_read,
             store_write: store.ssa_write,
-            lookup_read: lookup.ssa_read,
-            lookup_write: lookup.ssa_write,
+            lookup_read: resolve.ssa_read,
+            lookup_write: resolve.ssa_write,
             clear: q.clear,
         };
         Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
-        let to_nsa = nsa::In { store: store.nsa, chain: reader.nsa };
+        let to_nsa = nsa::In { store: store.nsa, chain: resolve.nsa };
         Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
         let to_occupancy = occupancy::In {
             store_read: store.occupancy_read,
             store_write: store.occupancy_write,
-            scan_read: scan.read,
-            scan_write: scan.write,
+            scan_read: resolve.occupancy_read,
+            scan_write: resolve.occupancy_write,
             clear: q.clear,
         };
         Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
-        let to_sections = sections::In { write: store.place, word: store.word, read: reader.read };
+        let to_sections = sections::In { write: store.place, word: store.word, read: resolve.read };
         Sections::next(cfg, &(), &mut (), &mut m.sections, to_sections);
-        let to_pool = allocator::In { take: store.take, release: release.front };
+        let to_pool = allocator::In { take: store.take, release: resolve.release };
         Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
         let to_scanout = scanout::In {
             start: frame_done,
@@ -416,10 +363,10 @@ impl<A: Allocator> Block for TBuffer<A> {
         };
         let shown = Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout);
         let to_buffer = frame_buffer::In {
-            depth_read: [test.depth_read, lookup.depth_read],
+            depth_read: [test.depth_read, resolve.depth_read],
             depth_write: test.depth_write,
-            colour_read: blend.colour_read,
-            colour_write: [test.colour_write, blend.colour_write],
+            colour_read: resolve.colour_read,
+            colour_write: [test.colour_write, resolve.colour_write],
             back_read: shown.read,
             wipe: shown.wipe,
             clear: q.clear,
@@ -439,11 +386,11 @@ impl<A: Allocator> Block for TBuffer<A> {
             image: scanout.image.with(i.image_ready),
             passed: test.passed.with(store_ready),
             grant: pool.grant.with(store.take),
-            release: release.front.with(true),
-            pixel: pixel.with(lookup_ready),
-            chain: lookup.chain.with(chain.ready),
-            arrived: chain.arrived.with(sorter.ready),
-            sorted: sorter.sorted.with(true),
+            release: resolve.release.with(true),
+            pixel: resolve.pixel,
+            chain: resolve.chain,
+            arrived: resolve.arrived,
+            sorted: resolve.sorted,
             events: Events {
                 drawn: test.drawn,
                 hidden: test.hidden,
@@ -454,11 +401,11 @@ impl<A: Allocator> Block for TBuffer<A> {
                 section_taken: store.take,
                 dropped: store.dropped,
                 waits: store.waits,
-                chain_begun: reader.begins,
-                read: reader.read.valid,
-                read_again: reader.read_again,
-                culled_late: reader.culled,
-                blended: blend.blended,
+                chain_begun: resolve.chain_begun,
+                read: resolve.read.valid,
+                read_again: resolve.read_again,
+                culled_late: resolve.culled,
+                blended: resolve.blended,
                 scanout: scanout.busy,
                 frame_done,
             },

@@ -120,11 +120,11 @@ impl TBufferMonitor {
         let queue = u64::from(match name {
             "depth_test.queue" => self.queues.depth_test,
             "store.queue" => self.queues.store,
-            "lookup.queue" => self.queues.lookup,
-            "chain.chains" => self.queues.chains,
-            "chain.pending" => self.queues.pending,
-            "chain.arrived" => self.queues.arrived,
-            "release.queue" => self.queues.release,
+            "resolve.lookup.queue" => self.queues.lookup,
+            "resolve.chain.chains" => self.queues.chains,
+            "resolve.chain.pending" => self.queues.pending,
+            "resolve.chain.arrived" => self.queues.arrived,
+            "resolve.release.queue" => self.queues.release,
             "scanout.queue" => self.queues.scanout,
             _ => 0,
         });
@@ -234,11 +234,11 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
         let queues = &mut self.queues;
         queues.depth_test = queues.depth_test.max(q.depth_test.queue.count);
         queues.store = queues.store.max(q.store.queue.count);
-        queues.lookup = queues.lookup.max(q.lookup.queue.count);
-        queues.chains = queues.chains.max(q.chain.chains.count);
-        queues.pending = queues.pending.max(q.chain.pending.count);
-        queues.arrived = queues.arrived.max(q.chain.arrived.count);
-        queues.release = queues.release.max(q.release.committed + q.release.open);
+        queues.lookup = queues.lookup.max(q.resolve.lookup.queue.count);
+        queues.chains = queues.chains.max(q.resolve.chain.chains.count);
+        queues.pending = queues.pending.max(q.resolve.chain.pending.count);
+        queues.arrived = queues.arrived.max(q.resolve.chain.arrived.count);
+        queues.release = queues.release.max(q.resolve.release.committed + q.resolve.release.open);
         queues.scanout = queues.scanout.max(q.scanout.queue.count);
         Ok(())
     }
@@ -252,8 +252,8 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
     fn deadlock(&self, cycle: u64, idle: u64, q: &State<A>) -> Deadlock {
         let state = |block: &str| match block {
             "store" => state_name(q.store.fsm),
-            "scan" => state_name(q.scan.fsm),
-            "chain" => state_name(q.chain.fsm),
+            "scan" => state_name(q.resolve.scan.fsm),
+            "chain" => state_name(q.resolve.chain.fsm),
             "scanout" => state_name(q.scanout.fsm),
             _ => state_name(q.phase),
         };

@@ -52,7 +52,7 @@ impl Block for Nsa {
 
     #[inline(always)]
     fn next(_: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
-        m.table.port().pass(i.store);
-        m.table.port().pass(i.chain);
+        m.table.pass(i.store);
+        m.table.pass(i.chain);
     }
 }

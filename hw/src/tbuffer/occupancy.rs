@@ -59,10 +59,10 @@ impl Block for Occupancy {
 
     #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
-        m.bitmap.read_port().pass(i.store_read);
-        m.bitmap.read_port().pass(i.scan_read);
-        m.bitmap.write_port().pass(i.store_write);
-        m.bitmap.write_port().pass(i.scan_write);
+        m.bitmap.pass_read(i.store_read);
+        m.bitmap.pass_read(i.scan_read);
+        m.bitmap.pass_write(i.store_write);
+        m.bitmap.pass_write(i.scan_write);
         if cfg.bitmap && i.clear.valid && i.clear.payload < cfg.occupancy_words() {
             m.bitmap.write(i.clear.payload, 0);
         }

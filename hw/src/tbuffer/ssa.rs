@@ -68,10 +68,10 @@ impl Block for Ssa {
 
     #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
-        m.table.read_port().pass(i.store_read);
-        m.table.read_port().pass(i.lookup_read);
-        m.table.write_port().pass(i.store_write);
-        m.table.write_port().pass(i.lookup_write);
+        m.table.pass_read(i.store_read);
+        m.table.pass_read(i.lookup_read);
+        m.table.pass_write(i.store_write);
+        m.table.pass_write(i.lookup_write);
         if i.clear.valid {
             m.table.write(i.clear.payload, SsaEntry::null(cfg));
         }

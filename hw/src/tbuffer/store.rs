@@ -77,8 +77,8 @@ pub struct Moore {
     pub ready: bool,
 }
 
-/// Outputs.
-#[derive(Clone, Copy, Debug)]
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Out {
     /// Reads an SSA entry.
     pub ssa_read: ReadPort,
@@ -143,18 +143,9 @@ impl Block for Store {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let PixelFragment { pixel, z, rgba } = q.stage.payload.item;
         let mut o = Out {
-            ssa_read: ReadPort::default(),
-            ssa_write: WritePort::default(),
-            nsa: Port::default(),
-            occupancy_read: ReadPort::default(),
-            occupancy_write: WritePort::default(),
-            place: Stream::idle(),
             word: Word { z, rgba },
-            take: false,
-            first: false,
-            dropped: false,
-            waits: false,
             frame_stored: q.stage.valid && q.stage.payload.end,
+            ..Out::default()
         };
         let at_hand = q.stage.valid && !q.stage.payload.end;
 
