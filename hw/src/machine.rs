@@ -49,6 +49,36 @@ pub trait Machine: Block<In = Frame, Out: Signals> {
     fn ports(out: &Self::Out) -> Ports;
     /// The screen.
     fn screen(cfg: &Self::Config) -> Screen;
+    /// What a run must have counted, by the closed forms of the architecture's seed document, for a
+    /// frame of which every fragment found its place.
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, census: &Census) -> Vec<Check>;
+}
+
+/// What is known of a frame without the machine.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Census {
+    /// F: transparent fragments in front of the opaque depth at their arrival.
+    pub stored: u64,
+    /// `[i]` is N_i: pixels with exactly `i` of them.
+    pub histogram: Vec<u64>,
+}
+
+impl Census {
+    /// P: pixels with at least one fragment.
+    pub fn pixels(&self) -> u64 {
+        self.histogram.iter().skip(1).sum()
+    }
+}
+
+/// A figure that is known beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Check {
+    /// What it is.
+    pub what: &'static str,
+    /// What it must be.
+    pub expected: u64,
+    /// What the run counted.
+    pub found: u64,
 }
 
 /// Watches a machine cycle by cycle: counts, and holds its streams to their rules.

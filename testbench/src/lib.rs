@@ -1,7 +1,19 @@
-//! Scenes, traces, golden model, scoreboard and reports.
+//! Scenes, traces, golden model, scoreboard and reports: everything around the hardware.
+//!
+//! A [`source::Source`] plays a frame's fragments; [`golden::Golden`] says what image they must
+//! give; a [`bench::Bench`] clocks a machine and catches what it gives; the [`scoreboard`] compares,
+//! and the [`report`] tells.
 
+pub mod arch;
+pub mod bench;
+pub mod command;
 pub mod golden;
 pub mod image;
 pub mod output;
+pub mod progress;
+pub mod report;
 pub mod scene;
+pub mod scoreboard;
+pub mod source;
 pub mod trace;
+pub mod window;

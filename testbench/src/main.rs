@@ -1,2 +1,8 @@
-//! The command.
-fn main() {}
+//! The command `pellucid`.
+
+use pellucid_testbench::command;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    command::main()
+}

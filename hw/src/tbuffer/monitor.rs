@@ -7,7 +7,8 @@ use super::{Out, State};
 use crate::allocator::Allocator;
 use crate::blender::Sorted;
 use crate::machine::{
-    Cycles, Fragments, Machine, MemoryTally, Monitor, Phase, Ports, StreamTally, Tally,
+    Census, Check, Cycles, Fragments, Machine, MemoryTally, Monitor, Phase, Ports, StreamTally,
+    Tally,
 };
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
 use crate::sorter::Arrived;
@@ -159,6 +160,40 @@ impl<A: Allocator> Machine for TBuffer<A> {
 
     fn screen(cfg: &Config) -> Screen {
         cfg.screen
+    }
+
+    fn closed_forms(cfg: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
+        let counted = |memory: &str| {
+            let found = tally.memories.iter().find(|m| m.name == memory);
+            found.map_or((0, 0), |m| (m.info.reads, m.info.writes))
+        };
+        let figure = |name| tally.own.iter().find(|f| f.name == name).map_or(0, |f| f.value);
+        let (on_chip, outside) = (counted("sections.on_chip"), counted("sections.outside"));
+        let capacity = u64::from(cfg.capacity);
+        let sections =
+            census.histogram.iter().zip(0u64..).map(|(n, i)| n * i.div_ceil(capacity)).sum();
+        vec![
+            Check {
+                what: "seed accesses, 2F + P",
+                expected: 2 * census.stored + census.pixels(),
+                found: tally.seed_accesses,
+            },
+            Check {
+                what: "sections in use, sum of N_i * ceil(i / L)",
+                expected: sections,
+                found: figure("peak_sections"),
+            },
+            Check {
+                what: "fragments written to section memory, F",
+                expected: census.stored,
+                found: on_chip.1 + outside.1,
+            },
+            Check {
+                what: "fragments read from section memory, F and those read again",
+                expected: census.stored + figure("fragments_read_again"),
+                found: on_chip.0 + outside.0,
+            },
+        ]
     }
 }
 

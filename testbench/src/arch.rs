@@ -1,0 +1,225 @@
+//! The architectures that a user can name.
+
+use crate::bench::{Bench, BenchError};
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::source::Source;
+use crate::window::Window;
+use pellucid_hw::allocator::FreeList;
+use pellucid_hw::machine::{Census, Check, Machine, Tally};
+use pellucid_hw::params::{Param, ParamError, Parameters, Value, nearest};
+use pellucid_hw::pixel::{Marked, Screen};
+use pellucid_hw::tbuffer::TBuffer;
+use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
+use pellucid_sim::Signals;
+use std::path::PathBuf;
+
+/// An architecture.
+pub struct Architecture {
+    /// Its name.
+    pub name: &'static str,
+    /// One sentence.
+    pub about: &'static str,
+    /// Its presets with a sentence each; the first is the default.
+    pub presets: fn() -> Vec<(&'static str, &'static str)>,
+    /// Its parameters.
+    pub parameters: fn() -> Vec<Param>,
+    /// Builds a machine from a preset and settings, later ones before earlier ones.
+    build: fn(Screen, &str, &[Setting]) -> Result<Box<dyn Runnable>, SettingError>,
+}
+
+/// All architectures; the first is the default.
+pub const ARCHITECTURES: &[Architecture] = &[Architecture {
+    name: "tbuffer",
+    about: "T-buffer: fragments grouped by pixel in sections that any pixel can have (seed 000)",
+    presets: || tbuffer::PRESETS.iter().map(|p| (p.name, p.about)).collect(),
+    parameters: tbuffer::Params::list,
+    build: build_tbuffer,
+}];
+
+/// A parameter's value as a user gave it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Setting {
+    /// The parameter's name.
+    pub name: String,
+    /// Its value.
+    pub value: String,
+    /// Where it was given, as a user knows the place.
+    pub origin: String,
+}
+
+/// An architecture that cannot be built as asked.
+#[derive(Debug, thiserror::Error)]
+pub enum SettingError {
+    /// No such architecture.
+    #[error("unknown architecture `{name}`{}; known are {known}", hint(nearest))]
+    Architecture {
+        /// What was asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All known names.
+        known: String,
+    },
+    /// No such preset.
+    #[error("unknown preset `{name}` of `{arch}`{}; known are {known}", hint(nearest))]
+    Preset {
+        /// What was asked for.
+        name: String,
+        /// The architecture.
+        arch: &'static str,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All known names.
+        known: String,
+    },
+    /// A setting that was not understood.
+    #[error("{origin}: {error}")]
+    Setting {
+        /// Where it was given.
+        origin: String,
+        /// What is wrong.
+        error: ParamError,
+    },
+    /// Settings that do not go together.
+    #[error(transparent)]
+    Together(#[from] ParamError),
+}
+
+fn hint(nearest: &Option<&'static str>) -> String {
+    nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
+}
+
+fn quoted(names: &[&'static str]) -> String {
+    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+}
+
+impl Architecture {
+    /// The architecture of that name.
+    ///
+    /// # Errors
+    /// There is none; the nearest name is suggested.
+    pub fn named(name: &str) -> Result<&'static Architecture, SettingError> {
+        let names: Vec<&str> = ARCHITECTURES.iter().map(|a| a.name).collect();
+        ARCHITECTURES.iter().find(|a| a.name == name).ok_or_else(|| SettingError::Architecture {
+            name: name.to_string(),
+            nearest: nearest(name, names.iter().copied()),
+            known: quoted(&names),
+        })
+    }
+
+    /// A machine of this architecture.
+    ///
+    /// # Errors
+    /// An unknown preset or parameter, or a value out of range.
+    pub fn build(
+        &self,
+        screen: Screen,
+        preset: Option<&str>,
+        settings: &[Setting],
+    ) -> Result<Box<dyn Runnable>, SettingError> {
+        let names: Vec<&str> = (self.presets)().iter().map(|p| p.0).collect();
+        let name = preset.unwrap_or(names[0]);
+        if !names.contains(&name) {
+            return Err(SettingError::Preset {
+                name: name.to_string(),
+                arch: self.name,
+                nearest: nearest(name, names.iter().copied()),
+                known: quoted(&names),
+            });
+        }
+        (self.build)(screen, name, settings)
+    }
+}
+
+fn build_tbuffer(
+    screen: Screen,
+    preset: &str,
+    settings: &[Setting],
+) -> Result<Box<dyn Runnable>, SettingError> {
+    let preset = tbuffer::PRESETS.iter().find(|p| p.name == preset);
+    let mut params = preset.map_or_else(tbuffer::Params::default, |p| (p.params)());
+    for Setting { name, value, origin } in settings {
+        let origin = || origin.clone();
+        params
+            .set(name, value)
+            .map_err(|error| SettingError::Setting { origin: origin(), error })?;
+    }
+    let cfg = tbuffer::Config::new(screen, params)?;
+    Ok(match params.allocator {
+        AllocatorKind::Fifo => {
+            Box::new(Prepared::<TBuffer<FreeList>> { cfg, values: params.values() })
+        }
+    })
+}
+
+/// What is asked of a run.
+pub struct Job<'a> {
+    /// The frame.
+    pub source: &'a Source,
+    /// Where the waveform goes, and what it shows.
+    pub wave: Option<(PathBuf, Vec<Window>)>,
+    /// Told of every fragment.
+    pub progress: &'a mut Progress,
+}
+
+/// What a run gives.
+pub struct Outcome {
+    /// The image.
+    pub image: Image,
+    /// What was counted.
+    pub tally: Tally,
+    /// Clock cycles simulated, from reset to the last pixel.
+    pub cycles: u64,
+}
+
+/// A machine that is ready to run.
+pub trait Runnable {
+    /// Its parameters' final values.
+    fn values(&self) -> Vec<(&'static str, Value)>;
+    /// Runs one frame.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    fn run(&self, job: Job) -> Result<Outcome, BenchError>;
+    /// What a run must have counted: see [`Machine::closed_forms`].
+    fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check>;
+}
+
+struct Prepared<M: Machine> {
+    cfg: M::Config,
+    values: Vec<(&'static str, Value)>,
+}
+
+impl<M: Machine> Runnable for Prepared<M>
+where
+    M::Config: Copy,
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
+    fn values(&self) -> Vec<(&'static str, Value)> {
+        self.values.clone()
+    }
+
+    fn run(&self, job: Job) -> Result<Outcome, BenchError> {
+        let Job { source, wave, progress } = job;
+        let mut bench = Bench::<M>::new(self.cfg);
+        if let Some((path, windows)) = wave {
+            bench.record(&path, "machine", &windows)?;
+        }
+        source.play::<BenchError>(&mut |fragment| {
+            progress.step();
+            bench.send(Marked::item(fragment))
+        })?;
+        bench.end_frame()?;
+        bench.finish_wave()?;
+        let image = bench.take_images().pop().unwrap_or_else(|| {
+            unreachable!("the end of a frame waits for its image");
+        });
+        Ok(Outcome { image, tally: bench.tally(), cycles: bench.cycles() })
+    }
+
+    fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check> {
+        M::closed_forms(&self.cfg, tally, census)
+    }
+}

@@ -1,0 +1,253 @@
+//! The bench: a machine under the clock, fed with frames, watched, and its images caught.
+
+use crate::image::Image;
+use crate::output::{AtomicFile, OutputError};
+use crate::source::SourceError;
+use crate::window::{Follow, Window};
+use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
+use pellucid_hw::pixel::{Fragment, Marked, Screen};
+use pellucid_sim::block::Cycle;
+use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_waveforms::Vcd;
+use std::path::{Path, PathBuf};
+
+/// Cycles without progress after which a simulation is given up.
+pub const WATCHDOG_CYCLES: u64 = 100_000;
+/// How often the watchdog looks.
+const LOOK_EVERY: u64 = 1 << 14;
+
+/// Why a run ended early.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A block misused its hardware.
+    #[error("fault in the model: {0}")]
+    Fault(#[from] Fault),
+    /// A stream broke its rules.
+    #[error("fault in the model: {0}")]
+    Violation(#[from] Violation),
+    /// Nothing moved.
+    #[error("the simulation stands still, {0}")]
+    Deadlock(Deadlock),
+    /// The frame could not be read.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The waveform could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// A waveform being written.
+struct Wave {
+    vcd: Vcd<AtomicFile>,
+    path: PathBuf,
+    windows: Vec<Follow>,
+}
+
+impl Wave {
+    fn show<M: Machine>(&mut self, time: u64, phase: Phase, cycle: &Cycle<M>) -> std::io::Result<()>
+    where
+        M::State: Signals<Config = M::Config>,
+        M::Out: Signals<Config = M::Config>,
+    {
+        let mut shown = false;
+        for window in &mut self.windows {
+            shown |= window.covers(time, phase);
+        }
+        if !shown {
+            return self.vcd.gap(time);
+        }
+        self.vcd.cycle(time, |to| {
+            cycle.q.sample(cycle.cfg, to);
+            cycle.out.sample(cycle.cfg, to);
+        })
+    }
+}
+
+/// See the module's description.
+pub struct Bench<M: Machine>
+where
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
+    sim: Sim<M>,
+    monitor: M::Monitor,
+    watchdog: Watchdog,
+    pixels: Vec<u32>,
+    images: Vec<Image>,
+    screen: Screen,
+    /// The cycle in which the machine was first ready: 0 on every time axis that users see.
+    ready_at: Option<u64>,
+    phase: Phase,
+    wave: Option<Wave>,
+    display: Option<Box<dyn FnMut(u64) -> bool>>,
+}
+
+impl<M: Machine> Bench<M>
+where
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
+    /// A machine at power-up.
+    pub fn new(cfg: M::Config) -> Bench<M> {
+        let (screen, monitor) = (M::screen(&cfg), M::Monitor::new(&cfg));
+        Bench {
+            sim: Sim::new(cfg),
+            monitor,
+            watchdog: Watchdog::new(WATCHDOG_CYCLES),
+            pixels: Vec::with_capacity(screen.pixels() as usize),
+            images: vec![],
+            screen,
+            ready_at: None,
+            phase: Phase::Clear,
+            wave: None,
+            display: None,
+        }
+    }
+
+    /// Makes the display take a pixel only in cycles for which `ready` says so.
+    pub fn set_display(&mut self, ready: impl FnMut(u64) -> bool + 'static) {
+        self.display = Some(Box::new(ready));
+    }
+
+    /// Writes the cycles of `windows` to the VCD file `path`. `scope` names the machine in it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn record(
+        &mut self,
+        path: &Path,
+        scope: &str,
+        windows: &[Window],
+    ) -> Result<(), OutputError> {
+        let file = AtomicFile::create(path)?;
+        let cfg = self.sim.config();
+        let vcd = Vcd::new(file, |to| {
+            to.open(scope);
+            M::State::declare(cfg, "registers", to);
+            M::Out::declare(cfg, "wires", to);
+            to.close();
+        })
+        .map_err(|e| OutputError::write(path, &e))?;
+        let windows = windows.iter().map(|w| Follow::new(*w)).collect();
+        self.wave = Some(Wave { vcd, path: path.to_owned(), windows });
+        Ok(())
+    }
+
+    /// One cycle in which `fragment` is offered; whether it was taken.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    #[inline(always)]
+    pub fn step(&mut self, fragment: Stream<Marked<Fragment>>) -> Result<bool, BenchError> {
+        let at = self.sim.cycle();
+        let image_ready = match &mut self.display {
+            None => true,
+            Some(ready) => ready(at),
+        };
+        let cycle = self.sim.clock(Frame { fragment, image_ready })?;
+        self.monitor.observe(cycle.cfg, cycle.q, cycle.out)?;
+        let ports = M::ports(cycle.out);
+        if ports.phase != self.phase {
+            self.phase = ports.phase;
+            self.ready_at.get_or_insert(at);
+        }
+        if let Some(wave) = &mut self.wave {
+            let shown = match self.ready_at {
+                None => Ok(()),
+                Some(zero) => wave.show(at - zero, ports.phase, &cycle),
+            };
+            if let Err(error) = shown {
+                return Err(OutputError::write(&wave.path, &error).into());
+            }
+        }
+        if ports.image.fires() {
+            self.pixel(ports.image.payload);
+        }
+        if at % LOOK_EVERY == 0 {
+            self.look()?;
+        }
+        Ok(ports.fragment_ready)
+    }
+
+    /// Sends one item, for as many cycles as that takes.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    #[inline(always)]
+    pub fn send(&mut self, item: Marked<Fragment>) -> Result<(), BenchError> {
+        while !self.step(Stream::offer(item))? {}
+        Ok(())
+    }
+
+    /// Sends the end of the frame and waits until its image has been shown.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn end_frame(&mut self) -> Result<(), BenchError> {
+        let images = self.images.len();
+        self.send(Marked::end())?;
+        while self.images.len() == images {
+            self.step(Stream::idle())?;
+        }
+        Ok(())
+    }
+
+    /// The images that have been shown, in order; they are taken out.
+    pub fn take_images(&mut self) -> Vec<Image> {
+        std::mem::take(&mut self.images)
+    }
+
+    /// Closes the waveform, if one is recorded.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish_wave(&mut self) -> Result<(), OutputError> {
+        let time = self.sim.cycle() - self.ready_at.unwrap_or(self.sim.cycle());
+        match self.wave.take() {
+            None => Ok(()),
+            Some(Wave { vcd, path, .. }) => match vcd.finish(time) {
+                Ok(file) => file.finish(),
+                Err(error) => Err(OutputError::write(&path, &error)),
+            },
+        }
+    }
+
+    /// What was counted so far.
+    pub fn tally(&mut self) -> Tally {
+        let mut memories = vec![];
+        self.sim.memories().visit("", &mut |path, storage| {
+            memories.push((path.to_string(), storage.info()));
+        });
+        self.monitor.tally(self.sim.config(), &memories)
+    }
+
+    /// Edges since power-up.
+    pub fn cycles(&self) -> u64 {
+        self.sim.cycle()
+    }
+
+    fn pixel(&mut self, colour: u32) {
+        self.pixels.push(colour);
+        if self.pixels.len() == self.screen.pixels() as usize {
+            let Screen { width, height, .. } = self.screen;
+            let pixels = std::mem::take(&mut self.pixels);
+            self.images.push(Image { width, height, pixels });
+        }
+    }
+
+    #[cold]
+    fn look(&mut self) -> Result<(), BenchError> {
+        let mut progress = self.monitor.transfers();
+        self.sim.memories().visit("", &mut |_, storage| {
+            let info = storage.info();
+            progress += info.reads + info.writes;
+        });
+        let cycle = self.sim.cycle();
+        match self.watchdog.look(cycle, progress) {
+            None => Ok(()),
+            Some(idle) => {
+                Err(BenchError::Deadlock(self.monitor.deadlock(cycle, idle, self.sim.state())))
+            }
+        }
+    }
+}

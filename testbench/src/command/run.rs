@@ -1,0 +1,194 @@
+//! `pellucid run`: one frame through one architecture.
+
+use super::{Command, SceneArgs, complain, say};
+use crate::arch::{Architecture, Job, Setting};
+use crate::bench::BenchError;
+use crate::golden::{Golden, GoldenError, Reference};
+use crate::output::{create_dir, reason};
+use crate::progress::Progress;
+use crate::report::Report;
+use crate::scoreboard::Verdict;
+use crate::source::{Source, SourceError};
+use crate::window::{DEFAULT_WINDOWS, Window};
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, Parser};
+use pellucid_hw::machine::Census;
+use std::path::{Path, PathBuf};
+
+#[derive(Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The architecture (see `pellucid list`)
+    #[arg(long, default_value = "tbuffer", value_name = "NAME")]
+    arch: String,
+    /// A named set of parameters [default: the architecture's first]
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// Parameters from a TOML file of lines `name = value`; they go over the preset's
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// A parameter of the architecture; goes over the file's; may be given several times
+    #[arg(short, long = "param", value_name = "NAME=VALUE")]
+    param: Vec<String>,
+    /// The folder for image.png, stats.json, stats.csv and wave.vcd
+    #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
+    out: PathBuf,
+    /// Cycles that the waveform shows: FROM..TO counted from the frame's start, `store` or `resolve`
+    /// (1000 cycles from there on), `all`; several with commas [default: store,resolve]
+    #[arg(long, value_name = "WINDOW", value_delimiter = ',')]
+    wave: Vec<Window>,
+    /// Write no waveform
+    #[arg(long, conflicts_with = "wave")]
+    no_wave: bool,
+    /// Dropped fragments are no failure
+    #[arg(long)]
+    allow_drops: bool,
+    /// Print nothing but errors
+    #[arg(long, short, conflicts_with = "json")]
+    quiet: bool,
+    /// Print the figures as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+/// What a bare `pellucid` does.
+pub(super) fn default() -> Command {
+    #[derive(Parser)]
+    struct Alone {
+        #[command(flatten)]
+        run: RunArgs,
+    }
+    Command::Run(Box::new(Alone::parse_from(["pellucid"]).run))
+}
+
+/// Runs; whether the result is exact.
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
+    let arch = Architecture::named(&args.arch)?;
+    let source = args.scene.open()?;
+    let screen = source.screen();
+    let machine = arch.build(screen, args.preset.as_deref(), &settings(args)?)?;
+    create_dir(&args.out)?;
+
+    let reference = golden(&source, args.quiet)?;
+    let wave = (!args.no_wave).then(|| {
+        let windows =
+            if args.wave.is_empty() { DEFAULT_WINDOWS.to_vec() } else { args.wave.clone() };
+        (args.out.join("wave.vcd"), windows)
+    });
+    let mut progress = Progress::new("simulating", Some(reference.fragments), args.quiet);
+    let job = Job { source: &source, wave, progress: &mut progress };
+    let outcome = match machine.run(job) {
+        Ok(outcome) => outcome,
+        Err(BenchError::Source(error)) => return Err(error.into()),
+        Err(BenchError::Output(error)) => return Err(error.into()),
+        Err(wrong) => {
+            complain(&wrong.to_string());
+            return Ok(false);
+        }
+    };
+    drop(progress);
+
+    let census = Census { stored: reference.stored, histogram: reference.stored_histogram.clone() };
+    let closed_forms = machine.closed_forms(&outcome.tally, &census);
+    let verdict = Verdict::new(&reference, &outcome.image, &outcome.tally, closed_forms);
+    let report = Report::new(
+        arch.name,
+        &args.scene.scene,
+        machine.values(),
+        screen,
+        &reference,
+        outcome.tally,
+        &verdict,
+    );
+    outcome.image.write_png(&args.out.join("image.png"))?;
+    report.write(&args.out)?;
+
+    for fault in verdict.faults() {
+        complain(&fault);
+    }
+    if args.json {
+        say(&format!("{:#}\n", report.json()));
+    } else if !args.quiet {
+        say(&report.table());
+        say(&summary(args, &verdict));
+    }
+    Ok(verdict.is_exact() || (args.allow_drops && verdict.is_exact_but_for_drops()))
+}
+
+/// Where everything is, and whether it is right.
+fn summary(args: &RunArgs, verdict: &Verdict) -> String {
+    let exact = if verdict.is_exact() {
+        "The image equals the golden model's, bit for bit, and every count its closed form."
+    } else {
+        "The result is not exact: see the errors."
+    };
+    let mut files = vec![
+        ("image.png", "the image"),
+        ("stats.json", "the figures, with unit and meaning of each"),
+        ("stats.csv", "the same as a table"),
+    ];
+    if !args.no_wave {
+        files.push(("wave.vcd", "the waveform, for GTKWave or Surfer"));
+    }
+    let mut text = format!("\n{exact}\n\n");
+    for (name, what) in files {
+        text += &format!("  {:32} {what}\n", args.out.join(name).display());
+    }
+    text
+}
+
+/// What the golden model says of the frame.
+fn golden(source: &Source, quiet: bool) -> anyhow::Result<Reference> {
+    let mut progress = Progress::new("golden model", None, quiet);
+    let mut golden = Golden::new(source.screen());
+    source.play::<PlayError>(&mut |fragment| {
+        progress.step();
+        Ok(golden.push(fragment)?)
+    })?;
+    Ok(golden.finish())
+}
+
+#[derive(Debug, thiserror::Error)]
+enum PlayError {
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+}
+
+/// The settings of the file, then those of the command line.
+fn settings(args: &RunArgs) -> anyhow::Result<Vec<Setting>> {
+    let mut settings = match &args.config {
+        Some(path) => file_settings(path)?,
+        None => vec![],
+    };
+    for text in &args.param {
+        let (name, value) =
+            text.split_once('=').ok_or_else(|| anyhow!("-p {text}: expected NAME=VALUE"))?;
+        let (name, value) = (name.trim().to_string(), value.trim().to_string());
+        settings.push(Setting { name, value, origin: format!("-p {text}") });
+    }
+    Ok(settings)
+}
+
+fn file_settings(path: &Path) -> anyhow::Result<Vec<Setting>> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| anyhow!("cannot read `{shown}`: {}", reason(&e)))?;
+    let table: toml::Table = text.parse().with_context(|| format!("`{shown}` is not TOML"))?;
+    let mut settings = vec![];
+    for (name, value) in table {
+        let value = match value {
+            toml::Value::Integer(n) => n.to_string(),
+            toml::Value::String(s) => s,
+            other => bail!(
+                "`{shown}`, key `{name}`: found {}, expected a number or a string",
+                other.type_str()
+            ),
+        };
+        let origin = format!("`{shown}`, key `{name}`");
+        settings.push(Setting { name, value, origin });
+    }
+    Ok(settings)
+}

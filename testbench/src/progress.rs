@@ -1,0 +1,62 @@
+//! A bar on the terminal for work that takes longer than a second.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::time::{Duration, Instant};
+
+/// How often the clock is looked at, in steps.
+const LOOK_EVERY: u64 = 1 << 12;
+/// Work that is done sooner shows nothing.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Counts steps; shows nothing where standard error is no terminal, or when told to be quiet.
+pub struct Progress {
+    what: &'static str,
+    total: Option<u64>,
+    done: u64,
+    start: Instant,
+    quiet: bool,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    /// Work of `total` steps, if that is known.
+    pub fn new(what: &'static str, total: Option<u64>, quiet: bool) -> Progress {
+        Progress { what, total, done: 0, start: Instant::now(), quiet, bar: None }
+    }
+
+    /// One step is done.
+    #[inline]
+    pub fn step(&mut self) {
+        self.done += 1;
+        if self.done % LOOK_EVERY == 0 && !self.quiet {
+            self.show();
+        }
+    }
+
+    #[cold]
+    fn show(&mut self) {
+        if self.start.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = self.bar.get_or_insert_with(|| {
+            let (bar, template) = match self.total {
+                Some(total) => {
+                    (ProgressBar::new(total), "{msg} {wide_bar} {human_pos}/{human_len} {eta}")
+                }
+                None => (ProgressBar::new_spinner(), "{msg} {spinner} {human_pos}"),
+            };
+            let style = ProgressStyle::with_template(template);
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+                .with_message(self.what)
+        });
+        bar.set_position(self.done);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

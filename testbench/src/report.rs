@@ -1,0 +1,317 @@
+//! The report of a run: every figure once, shown as a table, as JSON and as CSV.
+
+use crate::golden::Reference;
+use crate::output::{AtomicFile, OutputError};
+use crate::scoreboard::Verdict;
+use comfy_table::{CellAlignment, Table, presets};
+use pellucid_hw::machine::{MemoryTally, Tally};
+use pellucid_hw::params::Value;
+use pellucid_hw::pixel::Screen;
+use pellucid_sim::Figures;
+use serde_json::{Map, Value as Json, json};
+use std::io::Write;
+use std::path::Path;
+
+/// One figure: `group.name`.
+#[derive(Clone, Debug)]
+struct Entry {
+    group: &'static str,
+    name: &'static str,
+    value: Json,
+    unit: &'static str,
+    about: &'static str,
+}
+
+/// See the module's description.
+pub struct Report {
+    arch: &'static str,
+    scene: String,
+    config: Vec<(&'static str, Value)>,
+    entries: Vec<Entry>,
+    tally: Tally,
+    histogram: Vec<u64>,
+    faults: Vec<String>,
+}
+
+/// What the fields of a memory mean.
+const MEMORY_FIELDS: [(&str, &str, &str); 6] = [
+    ("reads", "words", "Words read."),
+    ("writes", "words", "Words written."),
+    ("words", "words", "Words that the memory has."),
+    ("bits_per_word", "bits", "Bits of a word."),
+    ("peak_words", "words", "The most words that held something of use at once."),
+    ("bits", "bits", "Size of the memory."),
+];
+
+fn memory_values(memory: &MemoryTally) -> [u64; 6] {
+    let info = &memory.info;
+    let bits = info.words * u64::from(info.bits_per_word);
+    [info.reads, info.writes, info.words, info.bits_per_word.into(), memory.peak_words, bits]
+}
+
+/// `part` per `whole`, to four digits; 0 where there is no whole.
+fn rate(part: u64, whole: u64) -> Json {
+    let rate = if whole == 0 { 0.0 } else { part as f64 / whole as f64 };
+    json!((rate * 10_000.0).round() / 10_000.0)
+}
+
+impl Report {
+    /// The report of one run.
+    pub fn new(
+        arch: &'static str,
+        scene: &str,
+        config: Vec<(&'static str, Value)>,
+        screen: Screen,
+        reference: &Reference,
+        tally: Tally,
+        verdict: &Verdict,
+    ) -> Report {
+        let mut entries = vec![];
+        let mut add = |group, name, value: Json, unit, about| {
+            entries.push(Entry { group, name, value, unit, about });
+        };
+        let r = reference;
+        let n = |value: u64| json!(value);
+        add("frame", "width", n(screen.width.into()), "pixels", "Columns of the screen.");
+        add("frame", "height", n(screen.height.into()), "pixels", "Rows of the screen.");
+        add("frame", "fragments", n(r.fragments), "fragments", "Fragments of the frame.");
+        add("frame", "opaque", n(r.opaque), "fragments", "Opaque ones among them.");
+        add("frame", "transparent", n(r.transparent), "fragments", "Transparent ones among them.");
+        let about = "Transparent fragments behind their pixel's final opaque depth.";
+        add("frame", "culled", n(r.culled), "fragments", about);
+        let about = "Pixels with a transparent fragment that counts.";
+        add("frame", "transparent_pixels", n(r.transparent_pixels), "pixels", about);
+        let about = "The most transparent fragments that count at one pixel.";
+        add("frame", "max_layers", n(r.max_layers.into()), "fragments", about);
+        let about = "Transparent fragments that count per pixel that has any.";
+        let mean = rate(r.blended, r.transparent_pixels);
+        add("frame", "mean_layers", mean, "fragments per pixel", about);
+        for (group, figures) in [
+            ("cycles", tally.cycles.figures()),
+            ("fragments", tally.fragments.figures()),
+            (arch, tally.own.clone()),
+        ] {
+            for f in figures {
+                add(group, f.name, n(f.value), f.unit, f.about);
+            }
+        }
+        let f = &tally.fragments;
+        let unit = "fragments per cycle";
+        let about = "Fragments stored per cycle of store.";
+        add("rates", "stored", rate(f.stored, tally.cycles.store), unit, about);
+        let about = "Stored fragments done with per cycle of resolve.";
+        add("rates", "resolved", rate(f.stored, tally.cycles.resolve), unit, about);
+        let about = "Accesses as the seed document counts them.";
+        add("accesses", "seed", n(tally.seed_accesses), "words", about);
+        let full = tally.memories.iter().map(|m| m.info.reads + m.info.writes).sum();
+        let about = "Every access to every memory of the model.";
+        add("accesses", "full", n(full), "words", about);
+        let about = "Storage as the seed document counts it, for the machine as configured.";
+        add("storage", "seed_bytes", n(tally.seed_bytes), "bytes", about);
+        let about = "The same for just the storage that was in use at the peak.";
+        add("storage", "seed_bytes_used", n(tally.seed_bytes_used), "bytes", about);
+        let bits = tally.memories.iter().map(|m| memory_values(m)[5]).sum();
+        add("storage", "bits", n(bits), "bits", "All memories of the model together.");
+        let image = &verdict.image;
+        let about = "Pixels that differ from the golden model.";
+        add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);
+        let about = "The largest difference of a channel, 0 to 255.";
+        add("image", "max_error", n(image.max_error.into()), "levels", about);
+        Report {
+            arch,
+            scene: scene.to_string(),
+            config,
+            entries,
+            tally,
+            histogram: r.layer_histogram.clone(),
+            faults: verdict.faults(),
+        }
+    }
+
+    /// All figures, nested by group, with `about` telling unit and sentence of each.
+    pub fn json(&self) -> Json {
+        let mut groups = Map::new();
+        let mut about = Map::new();
+        groups.insert("arch".into(), json!(self.arch));
+        groups.insert("scene".into(), json!(self.scene));
+        for e in &self.entries {
+            let group = groups.entry(e.group).or_insert_with(|| json!({}));
+            group[e.name] = e.value.clone();
+            let what = json!({ "unit": e.unit, "about": e.about });
+            about.insert(format!("{}.{}", e.group, e.name), what);
+        }
+        groups["frame"]["layer_histogram"] = json!(self.histogram);
+        let what = json!({ "unit": "pixels", "about": "[i]: pixels with exactly i layers." });
+        about.insert("frame.layer_histogram".into(), what);
+        let memories: Vec<Json> = self.tally.memories.iter().map(memory_json).collect();
+        groups.insert("memories".into(), json!(memories));
+        for (name, unit, sentence) in MEMORY_FIELDS {
+            let what = json!({ "unit": unit, "about": sentence });
+            about.insert(format!("memories[].{name}"), what);
+        }
+        let streams: Vec<Json> = self
+            .tally
+            .streams
+            .iter()
+            .map(|s| {
+                json!({
+                    "name": s.name, "from": s.from, "to": s.to,
+                    "transfers": s.transfers, "stalls": s.stalls,
+                })
+            })
+            .collect();
+        groups.insert("streams".into(), json!(streams));
+        let what = json!({ "unit": "transfers", "about": "Items handed over." });
+        about.insert("streams[].transfers".into(), what);
+        let what = json!({ "unit": "cycles", "about": "Cycles with an offer that was not taken." });
+        about.insert("streams[].stalls".into(), what);
+        let config: Map<String, Json> = self
+            .config
+            .iter()
+            .map(|(name, value)| {
+                let value = match value {
+                    Value::Number(n) => json!(n),
+                    Value::Choice(c) => json!(c),
+                };
+                (name.to_string(), value)
+            })
+            .collect();
+        groups.insert("config".into(), json!(config));
+        groups.insert("faults".into(), json!(self.faults));
+        groups.insert("about".into(), json!(about));
+        Json::Object(groups)
+    }
+
+    /// All figures as lines `figure,value,unit,about`.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("figure,value,unit,about\n");
+        let mut line = |name: &str, value: &str, unit: &str, about: &str| {
+            let quoted = about.replace('"', "\"\"");
+            text.push_str(&format!("{name},{value},{unit},\"{quoted}\"\n"));
+        };
+        for e in &self.entries {
+            line(&format!("{}.{}", e.group, e.name), &e.value.to_string(), e.unit, e.about);
+        }
+        for (layers, pixels) in self.histogram.iter().enumerate() {
+            let about = "Pixels with exactly that many layers.";
+            let name = format!("frame.layer_histogram.{layers}");
+            line(&name, &pixels.to_string(), "pixels", about);
+        }
+        for m in &self.tally.memories {
+            for ((field, unit, about), value) in MEMORY_FIELDS.iter().zip(memory_values(m)) {
+                line(&format!("memories.{}.{field}", m.name), &value.to_string(), unit, about);
+            }
+        }
+        for s in &self.tally.streams {
+            let stalls = "Cycles with an offer that was not taken.";
+            let name = format!("streams.{}", s.name);
+            let transfers = s.transfers.to_string();
+            line(&format!("{name}.transfers"), &transfers, "transfers", "Items handed over.");
+            line(&format!("{name}.stalls"), &s.stalls.to_string(), "cycles", stalls);
+        }
+        text
+    }
+
+    /// The figures as tables for a terminal.
+    pub fn table(&self) -> String {
+        let mut figures = Table::new();
+        figures.load_style(presets::NOTHING);
+        let mut group = "";
+        for e in &self.entries {
+            if e.group != group {
+                group = e.group;
+                figures.add_row([group.to_uppercase(), String::new(), String::new()]);
+            }
+            figures.add_row([
+                format!("  {}", e.name),
+                grouped(&e.value),
+                format!("{:19} {}", e.unit, e.about),
+            ]);
+        }
+        align_right(&mut figures, &[1]);
+        let mut memories = Table::new();
+        memories.load_style(presets::NOTHING);
+        memories.add_row(["MEMORIES", "words", "bits/word", "reads", "writes", "peak words"]);
+        for m in &self.tally.memories {
+            let [reads, writes, words, bits, peak, _] =
+                memory_values(m).map(|v| grouped(&json!(v)));
+            memories.add_row([format!("  {}", m.name), words, bits, reads, writes, peak]);
+        }
+        align_right(&mut memories, &[1, 2, 3, 4, 5]);
+        let mut streams = Table::new();
+        streams.load_style(presets::NOTHING);
+        streams.add_row(["STREAMS", "from", "to", "transfers", "stall cycles"]);
+        for s in &self.tally.streams {
+            let (name, from, to) = (format!("  {}", s.name), s.from.into(), s.to.into());
+            let counts = [s.transfers, s.stalls].map(|v| grouped(&json!(v)));
+            let [transfers, stalls] = counts;
+            streams.add_row([name, from, to, transfers, stalls]);
+        }
+        align_right(&mut streams, &[3, 4]);
+        let lines = format!("{figures}\n{memories}\n{streams}");
+        lines.lines().map(|l| format!("{}\n", l.trim_end())).collect()
+    }
+
+    /// Writes `stats.json` and `stats.csv` to `folder`.
+    ///
+    /// # Errors
+    /// A file cannot be written; nothing half-written is left.
+    pub fn write(&self, folder: &Path) -> Result<(), OutputError> {
+        let json = format!("{:#}\n", self.json());
+        for (name, text) in [("stats.json", json), ("stats.csv", self.csv())] {
+            let path = folder.join(name);
+            let mut file = AtomicFile::create(&path)?;
+            file.write_all(text.as_bytes()).map_err(|e| OutputError::write(&path, &e))?;
+            file.finish()?;
+        }
+        Ok(())
+    }
+}
+
+fn memory_json(memory: &MemoryTally) -> Json {
+    let mut object = json!({ "name": memory.name });
+    for ((name, ..), value) in MEMORY_FIELDS.iter().zip(memory_values(memory)) {
+        object[*name] = json!(value);
+    }
+    object
+}
+
+fn align_right(table: &mut Table, columns: &[usize]) {
+    for column in columns {
+        if let Some(column) = table.column_mut(*column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+}
+
+/// `1234567` as `1,234,567`; anything else as it is.
+fn grouped(value: &Json) -> String {
+    let Some(number) = value.as_u64() else { return value.to_string() };
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped() {
+        let text = |n: u64| grouped(&json!(n));
+        assert_eq!([0, 999, 1000, 1234567].map(text), ["0", "999", "1,000", "1,234,567"]);
+        assert_eq!(grouped(&json!(0.5)), "0.5");
+    }
+
+    #[test]
+    fn rates_do_not_divide_by_zero() {
+        assert_eq!(rate(3, 0), json!(0.0));
+        assert_eq!(rate(2, 3), json!(0.6667));
+    }
+}
