@@ -3,18 +3,19 @@
 //! ```text
 //!             +------+
 //!  start ---->|      |---> pixel (Stream), then the end of the frame
-//!  word ----->| Scan |<--- pixel_ready
-//!             |      |---> occupancy read, write
+//!  summary -->| Scan |<--- pixel_ready
+//!  word ----->|      |---> summary and word: read, clear
 //!             +------+
 //! ```
-//! One pixel a cycle, in rising order. With `scan=bitmap` it sends the pixels whose occupancy bit is
-//! set, passes over a word without any in one cycle, and clears what it has read. With `scan=linear`
-//! it sends every pixel.
+//! One pixel a cycle, in rising order. With `scan=linear` it sends every pixel. With `scan=bitmap` it
+//! sends those whose occupancy bit is set: one [`BitWalk`] finds the occupied words in the summary and
+//! passes over a summary word without any in one cycle, a second one finds the occupied pixels in
+//! those words. Both clear what they have read.
 
 use super::config::{Config, OCCUPANCY_BITS};
+use super::walk::{self, BitWalk};
 use crate::pixel::Marked;
-use pellucid_sim::Block;
-use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort, bits_for};
+use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, bits_for};
 
 /// See the module's description.
 pub struct Scan;
@@ -35,22 +36,26 @@ pub enum Fsm {
 pub struct State {
     /// What it is at.
     pub fsm: Fsm,
-    /// Pixels of the word at hand that are yet to be sent.
-    #[width(OCCUPANCY_BITS)]
-    pub bits: u64,
-    /// Number of the word at hand.
-    #[width(word_bits(cfg))]
-    pub word: u32,
-    /// The word that the occupancy bitmap shows.
-    #[with(word_bits(cfg))]
-    pub asked: Stream<u32>,
-    /// The next word to ask for.
-    #[width(word_bits(cfg))]
+    /// The next pixel (`scan=linear`) or summary word (`scan=bitmap`) to visit.
+    #[width(bits_for(u64::from(cfg.scan_end())))]
     pub next: u32,
+    /// Finds occupied words in the summary.
+    #[with(*cfg)]
+    pub words: walk::State,
+    /// Finds occupied pixels in a word.
+    #[with(*cfg)]
+    pub pixels: walk::State,
 }
 
-fn word_bits(cfg: &Config) -> u32 {
-    bits_for(u64::from(cfg.occupancy_words()))
+impl Config {
+    /// How far the scanner counts: pixels or summary words.
+    pub fn scan_end(&self) -> u32 {
+        if self.bitmap { self.summary_words() } else { self.screen.pixels() }
+    }
+    /// Bits of the number of an occupancy word.
+    pub fn word_bits(&self) -> u32 {
+        bits_for(u64::from(self.screen.pixels() / OCCUPANCY_BITS))
+    }
 }
 
 /// Inputs.
@@ -58,8 +63,10 @@ fn word_bits(cfg: &Config) -> u32 {
 pub struct In {
     /// A frame is stored. Only while idle.
     pub start: bool,
+    /// The summary word that was asked for.
+    pub summary: Read<u64>,
     /// The occupancy word that was asked for.
-    pub occupancy: Read<u64>,
+    pub word: Read<u64>,
     /// The receiver takes a pixel.
     pub pixel_ready: bool,
 }
@@ -72,19 +79,16 @@ pub struct Moore {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Out {
+    /// Reads a summary word.
+    pub summary_read: ReadPort,
+    /// Clears a summary word.
+    pub summary_clear: WritePort<u64>,
     /// Reads an occupancy word.
-    pub read: ReadPort,
+    pub word_read: ReadPort,
     /// Clears an occupancy word.
-    pub write: WritePort<u64>,
-}
-
-/// All pixels of a word: fewer in the last one.
-#[inline(always)]
-fn every_pixel(cfg: &Config, word: u32) -> u64 {
-    let left = cfg.screen.pixels() - word * OCCUPANCY_BITS;
-    if left >= OCCUPANCY_BITS { u64::MAX } else { (1 << left) - 1 }
+    pub word_clear: WritePort<u64>,
 }
 
 impl Block for Scan {
@@ -95,22 +99,33 @@ impl Block for Scan {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
-        State { fsm: Fsm::Idle, bits: 0, word: 0, asked: Stream::idle(), next: 0 }
+    fn reset(cfg: &Config) -> State {
+        let walk = BitWalk::reset(cfg);
+        State { fsm: Fsm::Idle, next: 0, words: walk, pixels: walk }
     }
 
     fn memories(_: &Config) {}
 
     #[inline(always)]
-    fn moore(_: &Config, q: &State, (): &()) -> Moore {
-        let pixel = q.word * OCCUPANCY_BITS + (q.bits.trailing_zeros() & (OCCUPANCY_BITS - 1));
+    fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let end = q.fsm == Fsm::End;
-        Moore { pixel: Stream { valid: q.bits != 0 || end, payload: Marked { end, item: pixel } } }
+        let pixel = if cfg.bitmap {
+            BitWalk::moore(cfg, &q.pixels, &()).bit
+        } else {
+            let left = q.fsm == Fsm::Scan && q.next < cfg.scan_end();
+            Stream { valid: left, payload: q.next }
+        };
+        Moore {
+            pixel: Stream {
+                valid: pixel.valid || end,
+                payload: Marked { end, item: pixel.payload },
+            },
+        }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
-        let mut o = Out { read: ReadPort::default(), write: WritePort::default() };
+        let mut o = Out::default();
         match q.fsm {
             Fsm::Idle => {
                 if i.start {
@@ -119,32 +134,33 @@ impl Block for Scan {
                 }
             }
             Fsm::Scan => {
-                // The pixel that leaves is the lowest bit.
-                let rest = if i.pixel_ready { q.bits & q.bits.wrapping_sub(1) } else { q.bits };
-                let refill = rest == 0;
-                d.bits = rest;
-                if refill && q.asked.valid {
-                    let word = q.asked.payload;
-                    d.word = word;
-                    if cfg.bitmap {
-                        d.bits = i.occupancy.data;
-                        if i.occupancy.data != 0 {
-                            o.write.write(word, 0);
-                        }
-                    } else {
-                        d.bits = every_pixel(cfg, word);
-                    }
-                    d.asked.valid = false;
+                let more = q.next < cfg.scan_end();
+                let mut idle = true;
+                let mut step = i.pixel_ready && more;
+                if cfg.bitmap {
+                    let words = BitWalk::moore(cfg, &q.words, &());
+                    let to_pixels =
+                        walk::In { word: words.bit, data: i.word, bit_ready: i.pixel_ready };
+                    let pixels = BitWalk::next(cfg, &q.pixels, &mut d.pixels, &mut (), to_pixels);
+                    let to_words = walk::In {
+                        word: Stream { valid: more, payload: q.next },
+                        data: i.summary,
+                        bit_ready: pixels.take,
+                    };
+                    let summary = BitWalk::next(cfg, &q.words, &mut d.words, &mut (), to_words);
+                    idle = words.idle && BitWalk::moore(cfg, &q.pixels, &()).idle;
+                    step = summary.take;
+                    o = Out {
+                        summary_read: summary.read,
+                        summary_clear: summary.clear,
+                        word_read: pixels.read,
+                        word_clear: pixels.clear,
+                    };
                 }
-                // The next word is asked for ahead of its use.
-                if (refill || !q.asked.valid) && q.next < cfg.occupancy_words() {
-                    if cfg.bitmap {
-                        o.read.read(q.next);
-                    }
-                    d.asked = Stream::offer(q.next);
+                if step {
                     d.next = q.next + 1;
                 }
-                if refill && !q.asked.valid && q.next == cfg.occupancy_words() {
+                if !more && idle {
                     d.fsm = Fsm::End;
                 }
             }
