@@ -1,0 +1,96 @@
+//! What the tests of several blocks share: streams that come and go at random, and memories beside
+//! the block under test.
+
+use crate::pixel::Screen;
+use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Stream};
+use proptest::prelude::*;
+use std::collections::VecDeque;
+
+/// A screen with a background that is neither black nor white.
+pub fn screen(width: u32, height: u32) -> Screen {
+    Screen { width, height, background: 0x10_20_30 }
+}
+
+/// In which cycles something happens; repeats without end, and holds at least one cycle in which it
+/// does.
+#[derive(Clone, Debug)]
+pub struct Pattern(Vec<bool>);
+
+impl Pattern {
+    /// In every cycle.
+    pub fn always() -> Pattern {
+        Pattern(vec![true])
+    }
+    /// Whether it happens in `cycle`.
+    pub fn at(&self, cycle: u64) -> bool {
+        self.0[(cycle % self.0.len() as u64) as usize]
+    }
+}
+
+/// Every cycle, or some at random.
+pub fn pattern() -> impl Strategy<Value = Pattern> {
+    let random = proptest::collection::vec(any::<bool>(), 1..24).prop_map(|mut cycles| {
+        cycles.push(true);
+        Pattern(cycles)
+    });
+    prop_oneof![1 => Just(Pattern::always()), 3 => random]
+}
+
+/// The sending end of a stream: offers one item after the other, each until it is taken.
+#[derive(Clone, Debug)]
+pub struct Source<T> {
+    items: VecDeque<T>,
+    starts: Pattern,
+    offered: bool,
+}
+
+impl<T: Copy + Default> Source<T> {
+    /// Sends `items`; offers begin in the cycles of `starts`.
+    pub fn new(items: impl IntoIterator<Item = T>, starts: Pattern) -> Source<T> {
+        Source { items: items.into_iter().collect(), starts, offered: false }
+    }
+    /// What is offered in `cycle`.
+    pub fn offer(&mut self, cycle: u64) -> Stream<T> {
+        self.offered |= self.starts.at(cycle);
+        match self.items.front() {
+            Some(item) if self.offered => Stream::offer(*item),
+            _ => Stream::idle(),
+        }
+    }
+    /// The cycle ends; what was offered is taken if `ready`.
+    pub fn edge(&mut self, ready: bool) {
+        if self.offered && ready {
+            self.items.pop_front();
+            self.offered = false;
+        }
+    }
+}
+
+/// The edge of a memory beside the block under test: a misuse fails the test.
+pub fn edge(memory: &mut impl Memory) {
+    let fault = memory.clock();
+    memory.visit("memory", &mut |path, storage| {
+        let kind = storage.take_fault();
+        assert!(!fault || kind.is_none(), "{path}: {kind:?}");
+    });
+}
+
+/// A memory of latency 1 that holds `words`.
+pub fn holding<T: Copy + Default>(words: &[T], policy: ReadDuringWrite) -> Ram1R1W<T> {
+    let mut ram = Ram1R1W::new(words.len() as u32, 64, 1, policy);
+    for (addr, word) in words.iter().enumerate() {
+        ram.write(addr as u32, *word);
+        edge(&mut ram);
+    }
+    ram
+}
+
+/// What a memory of latency 1 and `words` words holds.
+pub fn contents<T: Copy + Default>(ram: &mut Ram1R1W<T>, words: u32) -> Vec<T> {
+    let read = |addr| {
+        ram.read(addr);
+        edge(ram);
+        ram.q().data
+    };
+    (0..words).map(read).collect()
+}
