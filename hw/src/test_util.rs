@@ -21,6 +21,11 @@ impl Pattern {
     pub fn always() -> Pattern {
         Pattern(vec![true])
     }
+    /// In the cycles of `cycles` that are true, over and over.
+    pub fn of(cycles: Vec<bool>) -> Pattern {
+        assert!(cycles.contains(&true), "it would never happen");
+        Pattern(cycles)
+    }
     /// Whether it happens in `cycle`.
     pub fn at(&self, cycle: u64) -> bool {
         self.0[(cycle % self.0.len() as u64) as usize]

@@ -249,3 +249,6 @@ impl Block for Store {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;
