@@ -150,7 +150,7 @@ impl Block for DepthTest {
 mod tests {
     use super::*;
     use crate::pixel::{Z_FAR, rgba};
-    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen};
+    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
     use pellucid_sim::stream::valid_ignores_ready;
     use pellucid_sim::{Ram1R1W, ReadDuringWrite, Sim, StreamMonitor};
     use proptest::prelude::*;
@@ -238,6 +238,9 @@ mod tests {
             }
             r.passed.extend(passed.fires().then_some(passed.payload));
         }
+        // Each fragment reads one depth, each drawn one writes one, whatever stalled.
+        let (reads, writes) = (fragments.len() as u64, pixels as u64 + u64::from(r.drawn));
+        assert_eq!(traffic(&mut depth), (reads, writes));
         r.depth = contents(&mut depth, cfg.pixels());
         r.colour = contents(&mut colour, cfg.pixels());
         (r, cycles)

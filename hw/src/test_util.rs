@@ -80,6 +80,16 @@ pub fn edge(memory: &mut impl Memory) {
     });
 }
 
+/// Words read from a memory so far, and words written to it.
+pub fn traffic(memory: &mut impl Memory) -> (u64, u64) {
+    let (mut reads, mut writes) = (0, 0);
+    memory.visit("memory", &mut |_, storage| {
+        reads += storage.info().reads;
+        writes += storage.info().writes;
+    });
+    (reads, writes)
+}
+
 /// A memory of latency 1 that holds `words`.
 pub fn holding<T: Copy + Default>(words: &[T], policy: ReadDuringWrite) -> Ram1R1W<T> {
     let mut ram = Ram1R1W::new(words.len() as u32, 64, 1, policy);

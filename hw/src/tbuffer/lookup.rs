@@ -146,7 +146,7 @@ impl Block for Lookup {
 mod tests {
     use super::*;
     use crate::tbuffer::config::Params;
-    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen};
+    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
     use pellucid_sim::stream::valid_ignores_ready;
     use pellucid_sim::{ReadDuringWrite, Sim, StreamMonitor};
     use proptest::prelude::*;
@@ -211,6 +211,10 @@ mod tests {
                 break;
             }
         }
+        // Each visited entry is read once, each chain's is written once, whatever stalled.
+        let (visits, chains) = (visits.len() as u64, found.len() as u64 - 1);
+        assert_eq!(traffic(&mut ssa), (visits, 20 + chains));
+        assert_eq!(traffic(&mut depth).0, visits);
         (found, contents(&mut ssa, 20))
     }
 

@@ -143,6 +143,56 @@ mod tests {
         assert!(sim.moore().exhausted && !sim.moore().grant.valid);
     }
 
+    /// An allocator that is slow to answer: it offers nothing in the cycle after a take.
+    #[derive(Clone, Copy, Debug)]
+    struct Slow;
+
+    #[derive(Clone, Copy, Debug, Signals)]
+    #[signals(allocator::Config)]
+    struct SlowState {
+        #[width(8)]
+        given: u32,
+        busy: bool,
+    }
+
+    impl Allocator for Slow {}
+
+    impl Block for Slow {
+        type Config = allocator::Config;
+        type State = SlowState;
+        type In = In;
+        type Moore = Moore;
+        type Out = ();
+        type Mem = ();
+        fn reset(_: &allocator::Config) -> SlowState {
+            SlowState { given: 0, busy: false }
+        }
+        fn memories(_: &allocator::Config) {}
+        fn moore(cfg: &allocator::Config, q: &SlowState, (): &()) -> Moore {
+            let free = q.given < cfg.sections;
+            Moore { grant: Stream { valid: free && !q.busy, payload: q.given }, exhausted: !free }
+        }
+        fn next(cfg: &allocator::Config, q: &SlowState, d: &mut SlowState, m: &mut (), i: In) {
+            d.busy = i.take && Self::moore(cfg, q, m).grant.valid;
+            d.given = q.given + u32::from(d.busy);
+        }
+    }
+
+    #[test]
+    fn a_section_on_its_way_on_chip_is_waited_for() {
+        let mut sim = Sim::<Pool<Slow>>::new(pool(2, 2).config().to_owned());
+        let mut granted = vec![];
+        for _ in 0..8 {
+            let Moore { grant, exhausted } = sim.moore();
+            granted.push((grant.valid.then_some(grant.payload), exhausted));
+            sim.clock(In { take: true, ..NOTHING }).unwrap();
+        }
+        // The first outside section is at hand at once; the second is slow as those on chip are.
+        let expected = [Some(0), None, Some(1), Some(2), None, Some(3), None, None];
+        let expected: Vec<_> = expected.iter().enumerate().map(|(k, id)| (*id, k > 5)).collect();
+        assert_eq!(granted, expected);
+    }
+
     proptest! {
         /// Against two plain queues.
         #[test]

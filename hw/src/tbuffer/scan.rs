@@ -162,7 +162,7 @@ impl Block for Scan {
 mod tests {
     use super::*;
     use crate::tbuffer::config::{self, Params};
-    use crate::test_util::{Pattern, contents, edge, holding, pattern, screen};
+    use crate::test_util::{Pattern, contents, edge, holding, pattern, screen, traffic};
     use pellucid_sim::{Ram1R1W, ReadDuringWrite, Sim, StreamMonitor};
     use proptest::prelude::*;
     use std::collections::BTreeSet;
@@ -194,6 +194,7 @@ mod tests {
                 self.bitmap.write(addr as u32, *word);
                 edge(&mut self.bitmap);
             }
+            let before = traffic(&mut self.bitmap);
             let mut monitor = StreamMonitor::new("pixel", "Scan", "test");
             let mut sent = vec![];
             for cycle in 0.. {
@@ -207,6 +208,10 @@ mod tests {
                 self.bitmap.pass_write(out.write);
                 edge(&mut self.bitmap);
                 if pixel.fires() && pixel.payload.end {
+                    let (reads, writes) = traffic(&mut self.bitmap);
+                    let used = words.iter().filter(|word| **word != 0).count() as u64;
+                    assert_eq!(reads - before.0, words.len() as u64, "words read");
+                    assert_eq!(writes - before.1, used, "words cleared");
                     let left = contents(&mut self.bitmap, words.len() as u32);
                     assert_eq!(left, vec![0; words.len()]);
                     assert!(!self.sim.moore().pixel.valid, "something follows the end");

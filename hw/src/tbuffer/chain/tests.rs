@@ -1,7 +1,7 @@
 use super::*;
 use crate::tbuffer::config::{Append, Params};
 use crate::tbuffer::tables::SsaEntry;
-use crate::test_util::{Pattern, Source, edge, pattern, screen};
+use crate::test_util::{Pattern, Source, edge, pattern, screen, traffic};
 use pellucid_sim::{Ram1RW, Sim, StreamMonitor};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -323,7 +323,14 @@ proptest! {
             ..Params::default()
         };
         let mut bench = Bench::new(params, &pixels, &sections);
+        let (nsa_reads, _) = traffic(&mut bench.nsa);
         let seen = bench.read(&timing);
+        // Each pass reads the NSA entry of each section once, and so does the releasing walk of a
+        // pixel that does not fit the sorter. With `tail` a chain's last section has none.
+        let walks = |p: &Pixel| p.passes(sorter_depth) + u32::from(p.layers.len() as u32 > sorter_depth);
+        let entries = |p: &Pixel| (p.layers.len() as u32).div_ceil(section_capacity) - u32::from(!walk);
+        let expected: u32 = pixels.iter().map(|p| walks(p) * entries(p)).sum();
+        prop_assert_eq!(traffic(&mut bench.nsa).0 - nsa_reads, u64::from(expected));
         let expected = reference(&pixels, sorter_depth);
         prop_assert_eq!(arrivals(&seen), expected.clone());
         prop_assert_eq!(arrivals(&bench.read(&timing)), expected, "the second frame");

@@ -1,8 +1,8 @@
 use super::*;
 use crate::pixel::Screen;
 use crate::tbuffer::config::{self, Append, Params};
-use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen};
-use pellucid_sim::{Memory, Ram1R1W, Ram1RW, ReadDuringWrite, Sim};
+use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
+use pellucid_sim::{Ram1R1W, Ram1RW, ReadDuringWrite, Sim};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -217,11 +217,7 @@ fn a_linear_scan_needs_no_occupancy() {
     bench.occupancy = Ram1R1W::new(0, 64, 1, ReadDuringWrite::New);
     let seen = bench.store(&same_pixel(4), Pattern::always(), &Pattern::always());
     assert_eq!(seen.placed.len(), 4);
-    let mut traffic = 0;
-    bench.occupancy.visit("occupancy", &mut |_, storage| {
-        traffic += storage.info().reads + storage.info().writes;
-    });
-    assert_eq!(traffic, 0);
+    assert_eq!(traffic(&mut bench.occupancy), (0, 0));
 }
 
 /// Chains as plain lists, and which fragments find no section.
@@ -230,7 +226,7 @@ fn reference(fragments: &[(u32, Word)], capacity: u32, mut free: usize) -> (Vec<
     let mut dropped = 0;
     for (pixel, word) in fragments {
         let chain = &mut chains[*pixel as usize];
-        let full = chain.len() as u32 % capacity == 0;
+        let full = chain.len().is_multiple_of(capacity as usize);
         if full && free == 0 {
             dropped += 1;
             continue;
@@ -265,11 +261,23 @@ proptest! {
         seen.placed.extend(rest.placed);
         seen.dropped.extend(rest.dropped);
         seen.first.extend(rest.first);
+        // One read of the SSA table a fragment. With `tail` one write a stored one, and an NSA write
+        // where a section is linked behind another; with `walk` one write a pixel.
+        let firsts = seen.first.len();
+        let (reads, writes) = traffic(&mut bench.ssa);
+        let writes = writes - u64::from(SCREEN.0 * SCREEN.1);
+        let stored = fragments.len() - dropped;
+        prop_assert_eq!(reads, fragments.len() as u64);
+        prop_assert_eq!(writes, if walk { firsts } else { stored } as u64);
+        if !walk {
+            let taken = sections - bench.free.len();
+            prop_assert_eq!(traffic(&mut bench.nsa), (0, (taken - firsts) as u64));
+        }
         prop_assert_eq!(bench.chains(), chains.clone());
         prop_assert_eq!(seen.dropped.len(), dropped);
-        prop_assert_eq!(seen.placed.len(), fragments.len() - dropped);
+        prop_assert_eq!(seen.placed.len(), stored);
         let occupied = |pixel: &usize| !chains[*pixel].is_empty();
-        prop_assert_eq!(seen.first.len(), (0..chains.len()).filter(occupied).count());
+        prop_assert_eq!(firsts, (0..chains.len()).filter(occupied).count());
         let mut bitmap = [0u64; 2];
         for pixel in (0..chains.len()).filter(occupied) {
             bitmap[pixel / 64] |= 1 << (pixel % 64);
