@@ -2,7 +2,7 @@
 //! the block under test.
 
 use crate::pixel::Screen;
-use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Stream};
+use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Stream};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 
@@ -78,6 +78,37 @@ pub fn edge(memory: &mut impl Memory) {
         let kind = storage.take_fault();
         assert!(!fault || kind.is_none(), "{path}: {kind:?}");
     });
+}
+
+/// A block without registers under the clock.
+pub struct Table<B: Block<State = (), Out = ()>> {
+    cfg: B::Config,
+    mem: B::Mem,
+}
+
+impl<B: Block<State = (), Out = ()>> Table<B> {
+    /// The block at power-up.
+    pub fn new(cfg: B::Config) -> Table<B> {
+        let mem = B::memories(&cfg);
+        Table { cfg, mem }
+    }
+    /// One cycle; a misuse of a memory is an error.
+    pub fn clock(&mut self, i: B::In) -> Result<(), FaultKind> {
+        B::next(&self.cfg, &(), &mut (), &mut self.mem, i);
+        let mut fault = None;
+        if self.mem.clock() {
+            self.mem.visit("", &mut |_, storage| fault = fault.take().or(storage.take_fault()));
+        }
+        fault.map_or(Ok(()), Err)
+    }
+    /// What it shows.
+    pub fn moore(&self) -> B::Moore {
+        B::moore(&self.cfg, &(), &self.mem)
+    }
+    /// Its memories.
+    pub fn memories(&mut self) -> &mut B::Mem {
+        &mut self.mem
+    }
 }
 
 /// Words read from a memory so far, and words written to it.
