@@ -234,3 +234,6 @@ impl Block for Sorter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -336,3 +336,6 @@ impl Block for ChainReader {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -118,3 +118,54 @@ impl Block for Occupancy {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tbuffer::config::{Params, Scan};
+    use crate::test_util::{Table, screen, traffic};
+
+    /// 130 pixels: two words and a part of a third.
+    fn bitmap(scan: Scan) -> Table<Occupancy> {
+        let params = Params { scan, ..Params::default() };
+        Table::new(Config::new(screen(13, 10), params).unwrap())
+    }
+
+    fn clear(word: u32) -> In {
+        let (read, write) = (ReadPort::default(), WritePort::default());
+        let clear = Stream::offer(word);
+        In { store_read: read, store_write: write, scan_read: read, scan_write: write, clear }
+    }
+
+    #[test]
+    fn a_clear_beyond_the_last_word_is_ignored() {
+        let mut table = bitmap(Scan::Bitmap);
+        for word in 0..130 {
+            table.clock(clear(word)).unwrap();
+        }
+        assert_eq!(traffic(table.memories()), (0, 3));
+    }
+
+    #[test]
+    fn with_a_linear_scan_it_does_not_exist() {
+        let mut table = bitmap(Scan::Linear);
+        table.clock(clear(0)).unwrap();
+        table.memories().visit("", &mut |_, bitmap| assert_eq!(bitmap.info().words, 0));
+    }
+
+    #[test]
+    fn both_users_reach_it_and_a_read_meets_the_write_of_its_cycle() {
+        let mut table = bitmap(Scan::Bitmap);
+        let (mut read, mut write) = (ReadPort::default(), WritePort::default());
+        read.read(2);
+        write.write(2, 0b11);
+        let nothing = In { clear: Stream::idle(), ..clear(0) };
+        table.clock(In { store_read: read, store_write: write, ..nothing }).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: 0b11 });
+        write = WritePort::default();
+        write.write(2, 0);
+        table.clock(In { scan_write: write, ..nothing }).unwrap();
+        table.clock(In { scan_read: read, ..nothing }).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: 0 });
+    }
+}

@@ -242,3 +242,6 @@ impl Block for Store {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;
