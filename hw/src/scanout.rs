@@ -7,7 +7,7 @@
 //!             |         |---> read, wipe (back bank)
 //!  busy <-----+---------+
 //! ```
-//! One pixel a cycle, row by row from the top left; the first leaves two cycles after `start`. It
+//! One pixel a cycle, row by row from the top left; the first is offered three cycles after `start`. It
 //! stalls with its receiver and loses nothing.
 
 use crate::pixel::Screen;

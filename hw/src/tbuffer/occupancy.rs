@@ -16,8 +16,8 @@ use pellucid_sim::{Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stre
 /// See the module's description.
 pub struct Occupancy;
 
-/// Inputs.
-#[derive(Clone, Copy, Debug)]
+/// Inputs; nothing is asked by default.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct In {
     /// A pixel that may be set.
     pub ask: Stream<u32>,
@@ -125,47 +125,69 @@ mod tests {
     use crate::tbuffer::config::{Params, Scan};
     use crate::test_util::{Table, screen, traffic};
 
-    /// 130 pixels: two words and a part of a third.
+    /// 5000 pixels: 79 words, of which the last is not full, and two words of summary.
     fn bitmap(scan: Scan) -> Table<Occupancy> {
         let params = Params { scan, ..Params::default() };
-        Table::new(Config::new(screen(13, 10), params).unwrap())
+        Table::new(Config::new(screen(100, 50), params).unwrap())
     }
 
-    fn clear(word: u32) -> In {
-        let (read, write) = (ReadPort::default(), WritePort::default());
-        let clear = Stream::offer(word);
-        In { store_read: read, store_write: write, scan_read: read, scan_write: write, clear }
+    /// After reset.
+    fn cleared() -> Table<Occupancy> {
+        let mut table = bitmap(Scan::Bitmap);
+        for word in 0..5000 {
+            table.clock(In { clear: Stream::offer(word), ..In::default() }).unwrap();
+        }
+        table
+    }
+
+    fn read(table: &mut Table<Occupancy>, summary: u32, word: u32) -> (u64, u64) {
+        let mut i = In::default();
+        i.summary_read.read(summary);
+        i.word_read.read(word);
+        table.clock(i).unwrap();
+        let Moore { summary, word } = table.moore();
+        (summary.data, word.data)
     }
 
     #[test]
     fn a_clear_beyond_the_last_word_is_ignored() {
-        let mut table = bitmap(Scan::Bitmap);
-        for word in 0..130 {
-            table.clock(clear(word)).unwrap();
-        }
-        assert_eq!(traffic(table.memories()), (0, 3));
+        assert_eq!(traffic(cleared().memories()), (0, 79 + 2));
     }
 
     #[test]
     fn with_a_linear_scan_it_does_not_exist() {
         let mut table = bitmap(Scan::Linear);
-        table.clock(clear(0)).unwrap();
+        table
+            .clock(In { clear: Stream::offer(0), ask: Stream::offer(1), ..In::default() })
+            .unwrap();
         table.memories().visit("", &mut |_, bitmap| assert_eq!(bitmap.info().words, 0));
     }
 
     #[test]
-    fn both_users_reach_it_and_a_read_meets_the_write_of_its_cycle() {
-        let mut table = bitmap(Scan::Bitmap);
-        let (mut read, mut write) = (ReadPort::default(), WritePort::default());
-        read.read(2);
-        write.write(2, 0b11);
-        let nothing = In { clear: Stream::idle(), ..clear(0) };
-        table.clock(In { store_read: read, store_write: write, ..nothing }).unwrap();
-        assert_eq!(table.moore(), Read { valid: true, data: 0b11 });
-        write = WritePort::default();
-        write.write(2, 0);
-        table.clock(In { scan_write: write, ..nothing }).unwrap();
-        table.clock(In { scan_read: read, ..nothing }).unwrap();
-        assert_eq!(table.moore(), Read { valid: true, data: 0 });
+    fn pixels_are_set_in_bitmap_and_summary_one_a_cycle() {
+        let mut table = cleared();
+        // Two in one word, two in another that is in the second word of the summary.
+        let pixels = [3, 9, 4996, 4999];
+        let asks = pixels.map(Stream::offer).into_iter().chain([Stream::idle()]);
+        let sets = [Stream::idle()].into_iter().chain(pixels.map(Stream::offer));
+        for (ask, set) in asks.zip(sets) {
+            table.clock(In { ask, set, ..In::default() }).unwrap();
+        }
+        assert_eq!(read(&mut table, 0, 0), (1, 1 << 3 | 1 << 9));
+        assert_eq!(read(&mut table, 1, 78), (1 << (78 - 64), 1 << 4 | 1 << 7));
+        assert_eq!(read(&mut table, 0, 77), (1, 0));
+    }
+
+    #[test]
+    fn the_scanner_clears_words() {
+        let mut table = cleared();
+        table.clock(In { ask: Stream::offer(70), ..In::default() }).unwrap();
+        table.clock(In { set: Stream::offer(70), ..In::default() }).unwrap();
+        assert_eq!(read(&mut table, 0, 1), (0b10, 1 << 6));
+        let mut i = In::default();
+        i.summary_clear.write(0, 0);
+        i.word_clear.write(1, 0);
+        table.clock(i).unwrap();
+        assert_eq!(read(&mut table, 0, 1), (0, 0));
     }
 }

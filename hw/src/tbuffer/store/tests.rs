@@ -1,10 +1,10 @@
 use super::*;
 use crate::pixel::Screen;
-use crate::tbuffer::config::{self, Append, Params};
+use crate::tbuffer::config::{Append, Params};
 use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
 use pellucid_sim::{Ram1R1W, Ram1RW, ReadDuringWrite, Sim};
 use proptest::prelude::*;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 const SECTIONS: u32 = 40;
 const SCREEN: (u32, u32) = (10, 7);
@@ -26,7 +26,8 @@ struct Bench {
     sim: Sim<Store>,
     ssa: Ram1R1W<SsaEntry>,
     nsa: Ram1RW<NsaEntry>,
-    occupancy: Ram1R1W<u64>,
+    asked: Option<u32>,
+    occupied: BTreeSet<u32>,
     sections: BTreeMap<(u32, u32), Word>,
     free: VecDeque<u32>,
 }
@@ -50,11 +51,11 @@ impl Bench {
     fn new(cfg: Config, free: &[u32]) -> Bench {
         let Screen { width, height, .. } = cfg.screen;
         let null = SsaEntry { head: SECTIONS, tail: 0, fill: 0 };
-        let words = vec![0; (width * height).div_ceil(64) as usize];
         Bench {
             ssa: holding(&vec![null; (width * height) as usize], ReadDuringWrite::New),
             nsa: Ram1RW::new(SECTIONS, 64, 1),
-            occupancy: holding(&words, ReadDuringWrite::New),
+            asked: None,
+            occupied: BTreeSet::new(),
             sections: BTreeMap::new(),
             free: free.iter().copied().collect(),
             sim: Sim::new(cfg),
@@ -78,7 +79,6 @@ impl Bench {
                 fragment: source.offer(cycle),
                 ssa: self.ssa.q(),
                 nsa: self.nsa.q(),
-                occupancy: self.occupancy.q(),
                 grant,
                 exhausted: self.free.is_empty(),
             };
@@ -89,9 +89,14 @@ impl Bench {
             edge(&mut self.ssa);
             self.nsa.pass(out.nsa);
             edge(&mut self.nsa);
-            self.occupancy.pass_read(out.occupancy_read);
-            self.occupancy.pass_write(out.occupancy_write);
-            edge(&mut self.occupancy);
+            if out.occupancy_set.valid {
+                let pixel = out.occupancy_set.payload;
+                assert_eq!(self.asked, Some(pixel), "set without being asked for");
+                assert!(self.occupied.insert(pixel), "pixel {pixel} was set twice");
+            }
+            if out.occupancy_ask.valid {
+                self.asked = Some(out.occupancy_ask.payload);
+            }
             if out.place.valid {
                 let Place { section, slot } = out.place.payload;
                 let before = self.sections.insert((section, slot), out.word);
@@ -209,17 +214,6 @@ fn exhausted_drops_what_needs_a_section_and_stores_what_does_not() {
     }
 }
 
-#[test]
-fn a_linear_scan_needs_no_occupancy() {
-    let cfg = config(Append::Tail, 3);
-    let params = Params { scan: config::Scan::Linear, ..cfg.params };
-    let mut bench = Bench::new(Config::new(cfg.screen, params).unwrap(), &all_sections());
-    bench.occupancy = Ram1R1W::new(0, 64, 1, ReadDuringWrite::New);
-    let seen = bench.store(&same_pixel(4), Pattern::always(), &Pattern::always());
-    assert_eq!(seen.placed.len(), 4);
-    assert_eq!(traffic(&mut bench.occupancy), (0, 0));
-}
-
 /// Chains as plain lists, and which fragments find no section.
 fn reference(fragments: &[(u32, Word)], capacity: u32, mut free: usize) -> (Vec<Vec<Word>>, usize) {
     let mut chains: Vec<Vec<Word>> = vec![vec![]; (SCREEN.0 * SCREEN.1) as usize];
@@ -278,10 +272,7 @@ proptest! {
         prop_assert_eq!(seen.placed.len(), stored);
         let occupied = |pixel: &usize| !chains[*pixel].is_empty();
         prop_assert_eq!(firsts, (0..chains.len()).filter(occupied).count());
-        let mut bitmap = [0u64; 2];
-        for pixel in (0..chains.len()).filter(occupied) {
-            bitmap[pixel / 64] |= 1 << (pixel % 64);
-        }
-        prop_assert_eq!(contents(&mut bench.occupancy, 2), bitmap);
+        let pixels = (0..chains.len()).filter(occupied).map(|pixel| pixel as u32);
+        prop_assert_eq!(bench.occupied, pixels.collect::<BTreeSet<_>>());
     }
 }
