@@ -207,7 +207,7 @@ fn params() -> impl Strategy<Value = Params> {
 }
 
 fn setups() -> impl Strategy<Value = Setup> {
-    (screens(), params(), 0..=6u64, 0..=4u64).prop_map(
+    (screens(), params(), 0..=7u64, 0..=4u64).prop_map(
         |(screen, params, display_busy, source_idle)| Setup {
             screen,
             params,
