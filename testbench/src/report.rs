@@ -336,12 +336,30 @@ fn grouped(value: &Json) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::golden::Golden;
 
     #[test]
     fn numbers_are_grouped() {
         let text = |n: u64| grouped(&json!(n));
         assert_eq!([0, 999, 1000, 1234567].map(text), ["0", "999", "1,000", "1,234,567"]);
         assert_eq!(grouped(&json!(0.5)), "0.5");
+    }
+
+    #[test]
+    fn a_table_keeps_to_its_width() {
+        let screen = Screen { width: 4, height: 3, background: 0 };
+        let reference = Golden::new(screen).finish();
+        let tally = Tally::default();
+        let verdict = Verdict::new(&reference, &reference.image, &tally, vec![]);
+        let report = Report::new("tbuffer", "glass", vec![], screen, &reference, tally, &verdict);
+        let short = "Fragments of the frame.";
+        let long = "Transparent fragments for which there was no place: the image lacks them.";
+        for width in [80, 109, 110, 120] {
+            let table = report.table(Some(width));
+            assert!(table.lines().all(|line| line.len() <= width.into()), "{width}:\n{table}");
+            assert_eq!(table.contains(short), width >= 110, "{width}:\n{table}");
+        }
+        assert!(report.table(None).contains(long));
     }
 
     #[test]

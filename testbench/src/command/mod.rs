@@ -23,11 +23,15 @@ const BAD_INPUT: u8 = 2;
 /// A signal came.
 const STOPPED: i32 = 130;
 
+/// What the help says of the exit status.
+const STATUS: &str = "Exit status: 0 done and exact, 1 the run's result is wrong or lossy, 2 bad input \
+                      or usage, 130 stopped by a signal";
+
 /// Clocked hardware models for order-independent transparency.
 ///
 /// Without a command: `run`.
 #[derive(Parser)]
-#[command(name = "pellucid", version, args_conflicts_with_subcommands = true)]
+#[command(name = "pellucid", version, args_conflicts_with_subcommands = true, after_help = STATUS)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
