@@ -64,12 +64,14 @@ pub enum ParamError {
     Together(String),
 }
 
-fn did_you_mean(nearest: &Option<&'static str>) -> String {
-    nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
+/// ` (did you mean ...?)`, or nothing where no name is near.
+pub fn did_you_mean(nearest: &Option<impl AsRef<str>>) -> String {
+    let phrase = |n: &dyn AsRef<str>| format!(" (did you mean `{}`?)", n.as_ref());
+    nearest.as_ref().map(|n| phrase(n)).unwrap_or_default()
 }
 
 /// The name in `known` that is most like `name`, if one is alike at all.
-pub fn nearest(name: &str, known: impl IntoIterator<Item = &'static str>) -> Option<&'static str> {
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     known
         .into_iter()
         .map(|k| (strsim::jaro_winkler(name, k), k))

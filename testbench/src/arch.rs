@@ -7,7 +7,7 @@ use crate::source::Source;
 use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Census, Check, Machine, Tally};
-use pellucid_hw::params::{Param, ParamError, Parameters, Value, nearest};
+use pellucid_hw::params::{Param, ParamError, Parameters, Value, did_you_mean, nearest};
 use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
@@ -55,7 +55,7 @@ pub struct Setting {
 #[derive(Debug, thiserror::Error)]
 pub enum SettingError {
     /// No such architecture.
-    #[error("unknown architecture `{name}`{}; known are {known}", hint(nearest))]
+    #[error("unknown architecture `{name}`{}; known are {known}", did_you_mean(nearest))]
     Architecture {
         /// What was asked for.
         name: String,
@@ -65,7 +65,7 @@ pub enum SettingError {
         known: String,
     },
     /// No such preset.
-    #[error("unknown preset `{name}` of `{arch}`{}; known are {known}", hint(nearest))]
+    #[error("unknown preset `{name}` of `{arch}`{}; known are {known}", did_you_mean(nearest))]
     Preset {
         /// What was asked for.
         name: String,
@@ -87,10 +87,6 @@ pub enum SettingError {
     /// Settings that do not go together.
     #[error(transparent)]
     Together(#[from] ParamError),
-}
-
-fn hint(nearest: &Option<&'static str>) -> String {
-    nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
 }
 
 fn quoted(names: &[&'static str]) -> String {
@@ -199,12 +195,18 @@ where
         if let Some((path, windows)) = wave {
             bench.record(&path, "machine", &windows)?;
         }
-        source.play::<BenchError>(&mut |fragment| {
-            progress.step();
-            bench.send(Marked::item(fragment))
-        })?;
-        bench.end_frame()?;
-        bench.finish_wave()?;
+        let played = source
+            .play::<BenchError>(&mut |fragment| {
+                progress.step();
+                bench.send(Marked::item(fragment))
+            })
+            .and_then(|()| bench.end_frame());
+        // The waveform is wanted most of all when the model went wrong; a frame that could not be
+        // read leaves none.
+        if !matches!(played, Err(BenchError::Source(_) | BenchError::Output(_))) {
+            bench.finish_wave()?;
+        }
+        played?;
         let image = bench.take_images().pop().unwrap_or_else(|| {
             unreachable!("the end of a frame waits for its image");
         });

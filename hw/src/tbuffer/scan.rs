@@ -115,12 +115,9 @@ impl Block for Scan {
             let left = q.fsm == Fsm::Scan && q.next < cfg.scan_end();
             Stream { valid: left, payload: q.next }
         };
-        Moore {
-            pixel: Stream {
-                valid: pixel.valid || end,
-                payload: Marked { end, item: pixel.payload },
-            },
-        }
+        // After the last pixel the count names none: the mark carries 0.
+        let item = if end { 0 } else { pixel.payload };
+        Moore { pixel: Stream { valid: pixel.valid || end, payload: Marked { end, item } } }
     }
 
     #[inline(always)]

@@ -1,8 +1,8 @@
 //! Opacity by the name of a mesh, group or material.
 
 use super::SceneError;
-use super::error::nearest;
 use super::geometry::Part;
+use pellucid_hw::params::nearest;
 use std::str::FromStr;
 
 /// Sets the opacity of all parts of a scene, or of those of one name: `0.4` or `NAME=0.4`.
@@ -62,11 +62,11 @@ fn unknown(scene: &str, name: &str, parts: &[Part]) -> SceneError {
         parts.iter().flat_map(|part| &part.names).map(String::as_str).collect();
     names.sort_unstable();
     names.dedup();
-    let nearest = nearest(name, names.iter().copied()).unwrap_or("none");
+    let nearest = nearest(name, names.iter().copied());
     SceneError::UnknownPart {
         scene: scene.into(),
         name: name.into(),
-        nearest: nearest.into(),
+        nearest: nearest.map(Into::into),
         known: names.join(", "),
     }
 }

@@ -1,6 +1,7 @@
 //! What can be wrong with a scene, each as one sentence.
 
 use crate::output::reason;
+use pellucid_hw::params::did_you_mean;
 use std::io;
 
 /// Why a scene cannot be opened.
@@ -8,7 +9,8 @@ use std::io;
 pub enum SceneError {
     /// Neither a built-in scene nor a path.
     #[error(
-        "unknown scene `{name}`{}; known are {known}, or a file: {FILES}", nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
+        "unknown scene `{name}`{}; known are {known}, or a file: {FILES}",
+        did_you_mean(nearest)
     )]
     Unknown {
         /// What was asked for.
@@ -92,7 +94,8 @@ pub enum SceneError {
     },
     /// An alpha rule for a mesh that the scene does not have.
     #[error(
-        "{scene}: no mesh, group or material is named `{name}`: did you mean `{nearest}`? Known: {known}"
+        "{scene}: no mesh, group or material is named `{name}`{}; known are {known}",
+        did_you_mean(nearest)
     )]
     UnknownPart {
         /// The scene's name or path.
@@ -100,7 +103,7 @@ pub enum SceneError {
         /// The name in the rule.
         name: String,
         /// The nearest name that the scene has.
-        nearest: String,
+        nearest: Option<String>,
         /// All names of the scene, separated by commas.
         known: String,
     },
@@ -108,8 +111,3 @@ pub enum SceneError {
 
 /// The files that a frame can come from, as a message lists them.
 const FILES: &str = "a mesh (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)";
-
-/// The entry of `known` that is spelled most like `name`; `None` if there is nothing to choose from.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known.into_iter().min_by_key(|candidate| strsim::damerau_levenshtein(name, candidate))
-}

@@ -107,7 +107,7 @@ fn bad_options_are_refused_with_a_sentence() {
         (
             "glass",
             alphas("pane=0.5"),
-            "glass: no mesh, group or material is named `pane`: did you mean `panes`? Known: body, bottom, boxes, \
+            "glass: no mesh, group or material is named `pane` (did you mean `panes`?); known are body, bottom, boxes, \
              floor, handle, lid, panes, rim, spheres, spout, teapot",
         ),
     ];
