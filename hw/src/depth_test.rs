@@ -145,3 +145,168 @@ impl Block for DepthTest {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pixel::{Z_FAR, rgba};
+    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
+    use pellucid_sim::stream::valid_ignores_ready;
+    use pellucid_sim::{Ram1R1W, ReadDuringWrite, Sim, StreamMonitor};
+    use proptest::prelude::*;
+
+    const WIDTH: u32 = 3;
+    const HEIGHT: u32 = 2;
+
+    /// What a frame comes to.
+    #[derive(Debug, Default, PartialEq)]
+    struct Result {
+        passed: Vec<Marked<PixelFragment>>,
+        depth: Vec<u32>,
+        colour: Vec<u32>,
+        drawn: u32,
+        hidden: u32,
+        culled: u32,
+    }
+
+    /// The early depth test as a plain loop.
+    fn reference(fragments: &[Fragment]) -> Result {
+        let pixels = (WIDTH * HEIGHT) as usize;
+        let mut r =
+            Result { depth: vec![Z_FAR; pixels], colour: vec![0; pixels], ..Result::default() };
+        for f in fragments {
+            let pixel = f.y * WIDTH + f.x;
+            let nearer = f.z < r.depth[pixel as usize];
+            match (f.rgba & 0xff == 255, nearer) {
+                (true, true) => {
+                    r.depth[pixel as usize] = f.z;
+                    r.colour[pixel as usize] = f.rgba >> 8;
+                    r.drawn += 1;
+                }
+                (true, false) => r.hidden += 1,
+                (false, true) => {
+                    r.passed.push(Marked::item(PixelFragment { pixel, z: f.z, rgba: f.rgba }));
+                }
+                (false, false) => r.culled += 1,
+            }
+        }
+        r.passed.push(Marked::end());
+        r
+    }
+
+    /// Plays a frame; also gives the cycle of each output, counted from the first cycle in which a
+    /// fragment is offered. An output is a passed item or a fragment that ends here.
+    fn play(fragments: &[Fragment], starts: Pattern, ready: &Pattern) -> (Result, Vec<u64>) {
+        let cfg = screen(WIDTH, HEIGHT);
+        let pixels = cfg.pixels() as usize;
+        let mut sim = Sim::<DepthTest>::new(cfg);
+        let mut depth: Ram1R1W<u32> = holding(&vec![Z_FAR; pixels], ReadDuringWrite::New);
+        let mut colour: Ram1R1W<u32> = holding(&vec![0; pixels], ReadDuringWrite::Forbidden);
+        let frame = fragments.iter().copied().map(Marked::item).chain([Marked::end()]);
+        let mut source = Source::new(frame, starts);
+        let mut monitor = StreamMonitor::new("passed", "DepthTest", "test");
+        let (mut r, mut cycles) = (Result::default(), vec![]);
+        for cycle in 0.. {
+            assert!(cycle < 10_000, "the end of the frame does not come");
+            let passed_ready = ready.at(cycle);
+            let i = In { fragment: source.offer(cycle), depth: depth.q(), passed_ready };
+            assert!(valid_ignores_ready::<DepthTest, _>(
+                &cfg,
+                sim.state(),
+                || DepthTest::memories(&cfg),
+                |passed_ready| In { passed_ready, ..i },
+                |out| out.passed,
+            ));
+            source.edge(sim.moore().ready);
+            let out = *sim.clock(i).unwrap().out;
+            depth.pass_read(out.depth_read);
+            depth.pass_write(out.depth_write);
+            edge(&mut depth);
+            colour.pass_write(out.colour_write);
+            edge(&mut colour);
+            let passed = out.passed.with(passed_ready);
+            monitor.observe(passed).unwrap();
+            r.drawn += u32::from(out.drawn);
+            r.hidden += u32::from(out.hidden);
+            r.culled += u32::from(out.culled);
+            if passed.fires() || out.drawn || out.hidden || out.culled {
+                cycles.push(cycle);
+            }
+            if passed.fires() && passed.payload.end {
+                r.passed.push(Marked::end());
+                break;
+            }
+            r.passed.extend(passed.fires().then_some(passed.payload));
+        }
+        // Each fragment reads one depth, each drawn one writes one, whatever stalled.
+        let (reads, writes) = (fragments.len() as u64, pixels as u64 + u64::from(r.drawn));
+        assert_eq!(traffic(&mut depth), (reads, writes));
+        r.depth = contents(&mut depth, cfg.pixels());
+        r.colour = contents(&mut colour, cfg.pixels());
+        (r, cycles)
+    }
+
+    fn at(x: u32, y: u32, z: u32, alpha: u8) -> Fragment {
+        Fragment { x, y, z, rgba: rgba(z as u8, 7, 9, alpha) }
+    }
+
+    #[test]
+    fn one_fragment_a_cycle_two_cycles_from_input_to_output() {
+        // One pixel after the other and the same pixel in a row, of every outcome.
+        let fragments = [
+            at(0, 0, 9, 255),
+            at(1, 1, 9, 100),
+            at(0, 0, 8, 255),
+            at(0, 0, 8, 255),
+            at(0, 0, 7, 0),
+            at(0, 0, 8, 0),
+            at(2, 1, 5, 254),
+        ];
+        let (_, cycles) = play(&fragments, Pattern::always(), &Pattern::always());
+        let expected: Vec<u64> = (0..=fragments.len() as u64).map(|k| k + 2).collect();
+        assert_eq!(cycles, expected);
+    }
+
+    #[test]
+    fn the_same_pixel_in_a_row_sees_the_new_depth() {
+        let fragments = [at(1, 0, 50, 255), at(1, 0, 50, 128), at(1, 0, 49, 128)];
+        let (r, _) = play(&fragments, Pattern::always(), &Pattern::always());
+        let passed = PixelFragment { pixel: 1, z: 49, rgba: rgba(49, 7, 9, 128) };
+        assert_eq!(r.passed, [Marked::item(passed), Marked::end()]);
+        assert_eq!((r.drawn, r.hidden, r.culled), (1, 0, 1));
+    }
+
+    #[test]
+    fn of_equal_opaque_fragments_the_first_stays() {
+        let opaque = |red| Fragment { x: 2, y: 1, z: 5, rgba: rgba(red, 0, 0, 255) };
+        let (r, _) = play(&[opaque(1), opaque(2)], Pattern::always(), &Pattern::always());
+        assert_eq!(r.colour[5], 0x01_00_00);
+        assert_eq!((r.drawn, r.hidden), (1, 1));
+    }
+
+    #[test]
+    fn nothing_is_seen_at_the_far_plane() {
+        let fragments = [at(0, 0, Z_FAR, 255), at(0, 0, Z_FAR, 10), at(0, 1, Z_FAR - 1, 10)];
+        let (r, _) = play(&fragments, Pattern::always(), &Pattern::always());
+        assert_eq!((r.drawn, r.hidden, r.culled, r.passed.len()), (0, 1, 1, 2));
+    }
+
+    proptest! {
+        /// Against the plain loop, with gaps before and back-pressure behind.
+        #[test]
+        fn behaves_as_a_plain_depth_test(
+            fragments in proptest::collection::vec(
+                (0..WIDTH, 0..HEIGHT, 0u32..6, prop_oneof![Just(255u8), 0u8..255], any::<u8>()),
+                0..60,
+            ),
+            starts in pattern(),
+            ready in pattern(),
+        ) {
+            let fragments: Vec<Fragment> = fragments
+                .into_iter()
+                .map(|(x, y, z, a, red)| Fragment { x, y, z, rgba: rgba(red, 1, 2, a) })
+                .collect();
+            prop_assert_eq!(play(&fragments, starts, &ready).0, reference(&fragments));
+        }
+    }
+}

@@ -131,3 +131,158 @@ impl Block for FrameBuffer {
         d.front_is_b = q.front_is_b ^ i.swap;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::screen;
+    use pellucid_sim::Sim;
+    use proptest::prelude::*;
+
+    const PIXELS: u32 = 6;
+
+    fn nothing() -> In {
+        In {
+            depth_read: [ReadPort::default(); 2],
+            depth_write: WritePort::default(),
+            colour_read: ReadPort::default(),
+            colour_write: [WritePort::default(); 2],
+            back_read: ReadPort::default(),
+            wipe: Stream::idle(),
+            clear: Stream::idle(),
+            swap: false,
+        }
+    }
+
+    /// A frame buffer with both banks cleared.
+    fn cleared() -> Sim<FrameBuffer> {
+        let mut sim = Sim::<FrameBuffer>::new(screen(3, 2));
+        for pixel in 0..PIXELS {
+            sim.clock(In { clear: Stream::offer(pixel), ..nothing() }).unwrap();
+        }
+        sim
+    }
+
+    fn reads(pixel: u32) -> ReadPort {
+        let mut port = ReadPort::default();
+        port.read(pixel);
+        port
+    }
+
+    fn writes(pixel: u32, data: u32) -> WritePort<u32> {
+        let mut port = WritePort::default();
+        port.write(pixel, data);
+        port
+    }
+
+    #[test]
+    fn clear_reaches_both_banks() {
+        let mut sim = cleared();
+        for swap in [true, false] {
+            for pixel in 0..PIXELS {
+                let ask = In {
+                    depth_read: [reads(pixel), ReadPort::default()],
+                    colour_read: reads(pixel),
+                    ..nothing()
+                };
+                sim.clock(ask).unwrap();
+                assert_eq!(sim.moore().depth, Read { valid: true, data: 0xff_ffff });
+                assert_eq!(sim.moore().colour, Read { valid: true, data: 0x10_20_30 });
+            }
+            sim.clock(In { swap, ..nothing() }).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_depth_read_meets_the_write_of_its_cycle() {
+        let mut sim = cleared();
+        let both = In {
+            depth_read: [reads(4), ReadPort::default()],
+            depth_write: writes(4, 77),
+            ..nothing()
+        };
+        sim.clock(both).unwrap();
+        assert_eq!(sim.moore().depth.data, 77);
+    }
+
+    /// One cycle of every user.
+    #[derive(Clone, Debug)]
+    struct Step {
+        depth_read: (bool, u32),
+        depth_write: (u32, u32),
+        colour_read: u32,
+        colour_write: (bool, u32, u32),
+        back_read: u32,
+        wipe: u32,
+        swap: bool,
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        let pixel = 0..PIXELS;
+        // A colour is never read and written at once: written pixels are told as a distance.
+        let apart = 1..PIXELS;
+        (
+            (any::<bool>(), pixel.clone()),
+            (pixel.clone(), 0..Z_FAR),
+            pixel.clone(),
+            (any::<bool>(), apart.clone(), 0..1u32 << 24),
+            pixel,
+            apart,
+            prop::bool::weighted(0.2),
+        )
+            .prop_map(
+                |(depth_read, depth_write, colour_read, (user, by, colour), back, away, swap)| {
+                    Step {
+                        depth_read,
+                        depth_write,
+                        colour_read,
+                        colour_write: (user, (colour_read + by) % PIXELS, colour),
+                        back_read: back,
+                        wipe: (back + away) % PIXELS,
+                        swap,
+                    }
+                },
+            )
+    }
+
+    proptest! {
+        /// Against two plain banks: who draws meets the front, who shows meets the back.
+        #[test]
+        fn behaves_as_two_banks(steps in proptest::collection::vec(step(), 1..60)) {
+            let mut sim = cleared();
+            let bank = ([Z_FAR; PIXELS as usize], [0x10_20_30; PIXELS as usize]);
+            let (mut front, mut back) = (bank, bank);
+            for step in steps {
+                let (mut depth_read, mut colour_write) = (nothing().depth_read, nothing().colour_write);
+                depth_read[usize::from(step.depth_read.0)] = reads(step.depth_read.1);
+                let (user, pixel, colour) = step.colour_write;
+                colour_write[usize::from(user)] = writes(pixel, colour);
+                sim.clock(In {
+                    depth_read,
+                    depth_write: writes(step.depth_write.0, step.depth_write.1),
+                    colour_read: reads(step.colour_read),
+                    colour_write,
+                    back_read: reads(step.back_read),
+                    wipe: Stream::offer(step.wipe),
+                    clear: Stream::idle(),
+                    swap: step.swap,
+                }).unwrap();
+                front.0[step.depth_write.0 as usize] = step.depth_write.1;
+                front.1[pixel as usize] = colour;
+                let expected = (
+                    front.0[step.depth_read.1 as usize],
+                    front.1[step.colour_read as usize],
+                    back.1[step.back_read as usize],
+                );
+                back.0[step.wipe as usize] = Z_FAR;
+                back.1[step.wipe as usize] = 0x10_20_30;
+                if step.swap {
+                    std::mem::swap(&mut front, &mut back);
+                } else {
+                    let seen = sim.moore();
+                    prop_assert_eq!((seen.depth.data, seen.colour.data, seen.back_colour.data), expected);
+                }
+            }
+        }
+    }
+}

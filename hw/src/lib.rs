@@ -23,3 +23,6 @@ pub mod pixel;
 pub mod scanout;
 pub mod sorter;
 pub mod tbuffer;
+
+#[cfg(test)]
+mod test_util;

@@ -125,3 +125,57 @@ pub fn blend(rgba: u32, below: u32) -> u32 {
     let b = div255(a * (rgba >> 8 & 0xff) + (255 - a) * (below & 0xff));
     r << 16 | g << 8 | b
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn div255_rounds_to_nearest_for_every_product() {
+        // 255 is odd, so no quotient lies half way: the nearest is floor(t / 255 + 1 / 2).
+        for t in 0..=255 * 255 {
+            assert_eq!(div255(t), (2 * t + 255) / 510, "t = {t}");
+        }
+    }
+
+    #[test]
+    fn blend_by_hand() {
+        // 128 * 200 + 127 * 100 = 38300 = 150.2 * 255; 128 * 10 + 127 * 20 = 3820 = 14.98 * 255;
+        // 128 * 255 + 127 * 255 = 255 * 255.
+        assert_eq!(blend(rgba(200, 10, 255, 128), 0x64_14_ff), 0x96_0f_ff);
+        // Each channel takes its own: 128 * 255 = 128 * 255, 127 * 255 = 127 * 255.
+        assert_eq!(blend(rgba(255, 0, 0, 128), 0x00_ff_00), 0x80_7f_00);
+        assert_eq!(blend(rgba(0, 0, 255, 128), 0xff_00_00), 0x7f_00_80);
+    }
+
+    #[test]
+    fn blend_at_the_ends_of_alpha() {
+        assert_eq!(blend(rgba(1, 2, 3, 255), 0xab_cd_ef), 0x01_02_03);
+        assert_eq!(blend(rgba(1, 2, 3, 0), 0xab_cd_ef), 0xab_cd_ef);
+    }
+
+    #[test]
+    fn alpha_255_alone_is_opaque() {
+        let opaque =
+            |a| Fragment { rgba: rgba(255, 255, 255, a), ..Fragment::default() }.is_opaque();
+        assert!(opaque(255));
+        assert!(!opaque(254) && !opaque(0));
+    }
+
+    #[test]
+    fn colours_are_packed_from_red_down_to_alpha() {
+        assert_eq!(rgba(0x12, 0x34, 0x56, 0x78), 0x1234_5678);
+    }
+
+    #[test]
+    fn bits_of_a_screen() {
+        let bits = |width, height| {
+            let screen = Screen { width, height, background: 0 };
+            (screen.pixels(), screen.pixel_bits(), screen.x_bits(), screen.y_bits())
+        };
+        assert_eq!(bits(1, 1), (1, 1, 1, 1));
+        assert_eq!(bits(640, 480), (307_200, 19, 10, 9));
+        assert_eq!(bits(256, 257), (65_792, 17, 8, 9));
+        assert_eq!(bits(MAX_SIDE, MAX_SIDE), (1 << 26, 26, 13, 13));
+    }
+}

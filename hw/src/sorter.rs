@@ -219,8 +219,8 @@ impl Block for Sorter {
             if d.count > 0 {
                 let newest = (d.count - 1) as usize;
                 if item.last_pass {
-                    // A pixel of which nothing is visible marks nothing: those before it are closed.
-                    d.entries[newest].last |= d.count > closed;
+                    // If nothing of the pixel is visible, this is an earlier pixel's last already.
+                    d.entries[newest].last = true;
                 } else {
                     let z = d.entries[newest].z;
                     let mut same = if at_same_depth(q, z) { q.left } else { 0 };
@@ -234,3 +234,6 @@ impl Block for Sorter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -163,7 +163,7 @@ where
         if ports.image.fires() {
             self.pixel(ports.image.payload);
         }
-        if at % LOOK_EVERY == 0 {
+        if at.is_multiple_of(LOOK_EVERY) {
             self.look()?;
         }
         Ok(ports.fragment_ready)

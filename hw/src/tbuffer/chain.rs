@@ -218,7 +218,7 @@ impl Block for ChainReader {
             o.culled = !visible && !q.again;
             let seen = if q.again { 0 } else { q.visible + u32::from(visible) };
             let before = if q.again { q.left } else { seen };
-            let left = if before > depth { before - depth } else { 0 };
+            let left = before.saturating_sub(depth);
             d.visible = seen;
             if oldest.last {
                 d.left = left;
@@ -336,3 +336,6 @@ impl Block for ChainReader {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -155,10 +155,6 @@ impl Config {
     pub fn layer_bits(&self) -> u32 {
         self.sorter.layer_bits
     }
-    /// Words of the occupancy bitmap.
-    pub fn occupancy_words(&self) -> u32 {
-        self.screen.pixels().div_ceil(OCCUPANCY_BITS)
-    }
     /// The allocator of the sections on chip.
     pub fn on_chip(&self) -> allocator::Config {
         allocator::Config { sections: self.params.sections }
@@ -169,7 +165,7 @@ impl Config {
     }
 }
 
-/// Bits of a word of the occupancy bitmap: pixels that a scan skips in one cycle.
+/// Bits of a word of the occupancy bitmap and of its summary.
 pub const OCCUPANCY_BITS: u32 = 64;
 
 #[cfg(test)]

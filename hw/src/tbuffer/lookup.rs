@@ -141,3 +141,121 @@ impl Block for Lookup {
         Out { ssa_read, ssa_write, depth_read, chain }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tbuffer::config::Params;
+    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, traffic};
+    use pellucid_sim::stream::valid_ignores_ready;
+    use pellucid_sim::{ReadDuringWrite, Sim, StreamMonitor};
+    use proptest::prelude::*;
+
+    fn config() -> Config {
+        let params = Params { sections: 100, outside_sections: 20, ..Params::default() };
+        Config::new(screen(5, 4), params).unwrap()
+    }
+
+    const EMPTY: SsaEntry = SsaEntry { head: 120, tail: 0, fill: 0 };
+
+    fn depth_of(pixel: u32) -> u32 {
+        1000 + pixel
+    }
+
+    /// Looks up `visits` in a table of `entries`; gives what came out with its cycles, and the table
+    /// afterwards.
+    fn play(
+        entries: &[SsaEntry],
+        visits: &[u32],
+        starts: Pattern,
+        ready: &Pattern,
+    ) -> (Vec<(u64, Marked<Chain>)>, Vec<SsaEntry>) {
+        let cfg = config();
+        let mut sim = Sim::<Lookup>::new(cfg);
+        let mut ssa = holding(entries, ReadDuringWrite::New);
+        let depths: Vec<u32> = (0..20).map(depth_of).collect();
+        let mut depth = holding(&depths, ReadDuringWrite::Forbidden);
+        let frame = visits.iter().copied().map(Marked::item).chain([Marked::end()]);
+        let mut source = Source::new(frame, starts);
+        let mut monitor = StreamMonitor::new("chain", "Lookup", "test");
+        let mut found = vec![];
+        for cycle in 0.. {
+            assert!(cycle < 10_000, "the end of the frame does not come");
+            let i = In {
+                pixel: source.offer(cycle),
+                ssa: ssa.q(),
+                depth: depth.q(),
+                chain_ready: ready.at(cycle),
+            };
+            assert!(valid_ignores_ready::<Lookup, _>(
+                &cfg,
+                sim.state(),
+                || Lookup::memories(&cfg),
+                |chain_ready| In { chain_ready, ..i },
+                |out| out.chain,
+            ));
+            source.edge(sim.moore().ready);
+            let out = *sim.clock(i).unwrap().out;
+            ssa.pass_read(out.ssa_read);
+            ssa.pass_write(out.ssa_write);
+            edge(&mut ssa);
+            depth.pass_read(out.depth_read);
+            edge(&mut depth);
+            let chain = out.chain.with(i.chain_ready);
+            monitor.observe(chain).unwrap();
+            let end = chain.payload.end;
+            if chain.fires() {
+                found.push((cycle, if end { Marked::end() } else { chain.payload }));
+            }
+            if chain.fires() && end {
+                break;
+            }
+        }
+        // Each visited entry is read once, each chain's is written once, whatever stalled.
+        let (visits, chains) = (visits.len() as u64, found.len() as u64 - 1);
+        assert_eq!(traffic(&mut ssa), (visits, 20 + chains));
+        assert_eq!(traffic(&mut depth).0, visits);
+        (found, contents(&mut ssa, 20))
+    }
+
+    fn used(pixel: u32) -> SsaEntry {
+        SsaEntry { head: pixel * 3, tail: pixel * 3 + 1, fill: 2 }
+    }
+
+    #[test]
+    fn one_pixel_a_cycle_empty_or_not() {
+        let entries: Vec<SsaEntry> =
+            (0..20).map(|p| if p % 3 == 1 { EMPTY } else { used(p) }).collect();
+        let visits: Vec<u32> = (0..20).collect();
+        let (found, _) = play(&entries, &visits, Pattern::always(), &Pattern::always());
+        let first = found[0].0;
+        let cycles: Vec<u64> = found.iter().map(|(cycle, _)| cycle - first).collect();
+        let expected: Vec<u64> = (0..=20).filter(|p| *p == 20 || p % 3 != 1).collect();
+        assert_eq!(cycles, expected);
+    }
+
+    proptest! {
+        /// The chains of the visited pixels that have one, in order; their entries are NULL after.
+        #[test]
+        fn gives_chains_and_leaves_null(
+            has in proptest::collection::vec(any::<bool>(), 20),
+            visits in proptest::sample::subsequence((0..20).collect::<Vec<u32>>(), 0..=20),
+            starts in pattern(),
+            ready in pattern(),
+        ) {
+            let mut entries: Vec<SsaEntry> =
+                (0..20).map(|p| if has[p as usize] { used(p) } else { EMPTY }).collect();
+            let (found, after) = play(&entries, &visits, starts, &ready);
+            let mut expected = vec![];
+            for &pixel in visits.iter().filter(|p| has[**p as usize]) {
+                let entry = entries[pixel as usize];
+                expected.push(Marked::item(Chain { pixel, depth: depth_of(pixel), entry }));
+                entries[pixel as usize] = EMPTY;
+            }
+            expected.push(Marked::end());
+            let found: Vec<_> = found.into_iter().map(|(_, chain)| chain).collect();
+            prop_assert_eq!(found, expected);
+            prop_assert_eq!(after, entries);
+        }
+    }
+}

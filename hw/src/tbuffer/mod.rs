@@ -41,6 +41,7 @@ pub mod sections;
 pub mod ssa;
 pub mod store;
 pub mod tables;
+pub mod walk;
 
 use crate::allocator::{self, Allocator};
 use crate::blender::Sorted;
@@ -276,7 +277,6 @@ impl<A: Allocator> Block for TBuffer<A> {
                 fragment: test.passed,
                 ssa,
                 nsa,
-                occupancy,
                 grant: pool.grant,
                 exhausted: pool.exhausted,
             };
@@ -345,10 +345,12 @@ impl<A: Allocator> Block for TBuffer<A> {
         let to_nsa = nsa::In { store: store.nsa, chain: resolve.nsa };
         Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
         let to_occupancy = occupancy::In {
-            store_read: store.occupancy_read,
-            store_write: store.occupancy_write,
-            scan_read: resolve.occupancy_read,
-            scan_write: resolve.occupancy_write,
+            ask: store.occupancy_ask,
+            set: store.occupancy_set,
+            summary_read: resolve.scan.summary_read,
+            summary_clear: resolve.scan.summary_clear,
+            word_read: resolve.scan.word_read,
+            word_clear: resolve.scan.word_clear,
             clear: q.clear,
         };
         Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);

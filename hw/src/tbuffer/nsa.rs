@@ -56,3 +56,41 @@ impl Block for Nsa {
         m.table.pass(i.chain);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tbuffer::config::Params;
+    use crate::test_util::{Table, screen};
+    use pellucid_sim::FaultKind;
+
+    fn table() -> Table<Nsa> {
+        let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
+        Table::new(Config::new(screen(3, 2), params).unwrap())
+    }
+
+    #[test]
+    fn every_section_has_an_entry() {
+        let mut table = table();
+        for section in 0..9 {
+            let mut store = Port::default();
+            store.write(section, NsaEntry { next: 9 - section, fill: 0 });
+            table.clock(In { store, chain: Port::default() }).unwrap();
+        }
+        for section in 0..9 {
+            let mut chain = Port::default();
+            chain.read(section);
+            table.clock(In { store: Port::default(), chain }).unwrap();
+            let data = NsaEntry { next: 9 - section, fill: 0 };
+            assert_eq!(table.moore(), Read { valid: true, data });
+        }
+    }
+
+    #[test]
+    fn two_users_at_once_are_a_fault() {
+        let mut port = Port::default();
+        port.write(3, NsaEntry::default());
+        let fault = table().clock(In { store: port, chain: port }).unwrap_err();
+        assert_eq!(fault, FaultKind::PortUsedTwice("only"));
+    }
+}

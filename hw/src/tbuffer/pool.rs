@@ -93,3 +93,140 @@ impl<A: Allocator> Block for Pool<A> {
         A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::allocator::{FreeList, In};
+    use crate::params::Parameters;
+    use crate::tbuffer::config::Params;
+    use crate::test_util::screen;
+    use pellucid_sim::Sim;
+    use proptest::prelude::*;
+    use std::collections::VecDeque;
+
+    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
+
+    fn pool(on_chip: u32, outside: u32) -> Sim<Pool<FreeList>> {
+        let mut params = Params::default();
+        params.set("sections", &on_chip.to_string()).unwrap();
+        params.set("outside_sections", &outside.to_string()).unwrap();
+        Sim::new(Config::new(screen(4, 4), params).unwrap())
+    }
+
+    #[test]
+    fn those_on_chip_go_first() {
+        let mut sim = pool(3, 2);
+        for id in 0..5 {
+            assert_eq!(sim.moore().grant, Stream::offer(id));
+            assert!(!sim.moore().exhausted);
+            sim.clock(In { take: true, ..NOTHING }).unwrap();
+        }
+        assert!(sim.moore().exhausted && !sim.moore().grant.valid);
+    }
+
+    #[test]
+    fn an_outside_offer_gives_way_to_a_section_that_comes_back_on_chip() {
+        let mut sim = pool(1, 2);
+        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        assert_eq!(sim.moore().grant, Stream::offer(1));
+        sim.clock(In { release: Stream::offer(0), ..NOTHING }).unwrap();
+        assert_eq!(sim.moore().grant, Stream::offer(0));
+        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        assert_eq!(sim.moore().grant, Stream::offer(1));
+    }
+
+    #[test]
+    fn without_outside_sections_it_is_exhausted_with_the_chip() {
+        let mut sim = pool(1, 0);
+        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        assert!(sim.moore().exhausted && !sim.moore().grant.valid);
+    }
+
+    /// An allocator that is slow to answer: it offers nothing in the cycle after a take.
+    #[derive(Clone, Copy, Debug)]
+    struct Slow;
+
+    #[derive(Clone, Copy, Debug, Signals)]
+    #[signals(allocator::Config)]
+    struct SlowState {
+        #[width(8)]
+        given: u32,
+        busy: bool,
+    }
+
+    impl Allocator for Slow {}
+
+    impl Block for Slow {
+        type Config = allocator::Config;
+        type State = SlowState;
+        type In = In;
+        type Moore = Moore;
+        type Out = ();
+        type Mem = ();
+        fn reset(_: &allocator::Config) -> SlowState {
+            SlowState { given: 0, busy: false }
+        }
+        fn memories(_: &allocator::Config) {}
+        fn moore(cfg: &allocator::Config, q: &SlowState, (): &()) -> Moore {
+            let free = q.given < cfg.sections;
+            Moore { grant: Stream { valid: free && !q.busy, payload: q.given }, exhausted: !free }
+        }
+        fn next(cfg: &allocator::Config, q: &SlowState, d: &mut SlowState, m: &mut (), i: In) {
+            d.busy = i.take && Self::moore(cfg, q, m).grant.valid;
+            d.given = q.given + u32::from(d.busy);
+        }
+    }
+
+    #[test]
+    fn a_section_on_its_way_on_chip_is_waited_for() {
+        let mut sim = Sim::<Pool<Slow>>::new(pool(2, 2).config().to_owned());
+        let mut granted = vec![];
+        for _ in 0..8 {
+            let Moore { grant, exhausted } = sim.moore();
+            granted.push((grant.valid.then_some(grant.payload), exhausted));
+            sim.clock(In { take: true, ..NOTHING }).unwrap();
+        }
+        // The first outside section is at hand at once; the second is slow as those on chip are.
+        let expected = [Some(0), None, Some(1), Some(2), None, Some(3), None, None];
+        let expected: Vec<_> = expected.iter().enumerate().map(|(k, id)| (*id, k > 5)).collect();
+        assert_eq!(granted, expected);
+    }
+
+    proptest! {
+        /// Against two plain queues.
+        #[test]
+        fn behaves_as_two_free_lists(
+            on_chip in 1u32..6,
+            outside in 0u32..6,
+            steps in proptest::collection::vec((any::<bool>(), any::<Option<prop::sample::Index>>()), 0..300),
+        ) {
+            let mut sim = pool(on_chip, outside);
+            let mut free: [VecDeque<u32>; 2] =
+                [(0..on_chip).collect(), (on_chip..on_chip + outside).collect()];
+            let mut out: Vec<u32> = vec![];
+            for (take, release) in steps {
+                let seen = sim.moore();
+                let next = free[0].front().or(free[1].front()).copied();
+                prop_assert_eq!(seen.grant.valid, next.is_some());
+                prop_assert_eq!(seen.exhausted, next.is_none());
+                let release = release.filter(|_| !out.is_empty()).map(|k| {
+                    let at = k.index(out.len());
+                    out.swap_remove(at)
+                });
+                if let Some(next) = next {
+                    prop_assert_eq!(seen.grant.payload, next);
+                    if take {
+                        free[usize::from(next >= on_chip)].pop_front();
+                        out.push(next);
+                    }
+                }
+                if let Some(id) = release {
+                    free[usize::from(id >= on_chip)].push_back(id);
+                }
+                let release = release.map_or(Stream::idle(), Stream::offer);
+                sim.clock(In { take, release }).unwrap();
+            }
+        }
+    }
+}

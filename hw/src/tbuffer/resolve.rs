@@ -15,6 +15,7 @@
 use super::chain::{self, ChainReader};
 use super::config::Config;
 use super::lookup::{self, Chain, Lookup};
+use super::occupancy;
 use super::release::{self, ReleaseQueue};
 use super::scan::{self, Scan};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
@@ -71,8 +72,8 @@ pub struct In {
     pub ssa: Read<SsaEntry>,
     /// The NSA entry that was asked for.
     pub nsa: Read<NsaEntry>,
-    /// The occupancy word that was asked for.
-    pub occupancy: Read<u64>,
+    /// The occupancy words that were asked for.
+    pub occupancy: occupancy::Moore,
     /// The fragment that was asked for.
     pub word: Read<Word>,
     /// The depth that was asked for.
@@ -90,10 +91,8 @@ pub struct Out {
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads an NSA entry.
     pub nsa: Port<NsaEntry>,
-    /// Reads an occupancy word.
-    pub occupancy_read: ReadPort,
-    /// Clears an occupancy word.
-    pub occupancy_write: WritePort<u64>,
+    /// Reads and clears occupancy words.
+    pub scan: scan::Out,
     /// Reads a fragment.
     pub read: Stream<Place>,
     /// Reads a pixel's opaque depth.
@@ -165,8 +164,12 @@ impl Block for Resolve {
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
         // From upstream to downstream.
-        let to_scan =
-            scan::In { start: i.start, occupancy: i.occupancy, pixel_ready: lookup_ready };
+        let to_scan = scan::In {
+            start: i.start,
+            summary: i.occupancy.summary,
+            word: i.occupancy.word,
+            pixel_ready: lookup_ready,
+        };
         let scan = Scan::next(cfg, &q.scan, &mut d.scan, &mut (), to_scan);
         let to_lookup = lookup::In { pixel, ssa: i.ssa, depth: i.depth, chain_ready };
         let lookup = Lookup::next(cfg, &q.lookup, &mut d.lookup, &mut m.lookup, to_lookup);
@@ -192,8 +195,7 @@ impl Block for Resolve {
             ssa_read: lookup.ssa_read,
             ssa_write: lookup.ssa_write,
             nsa: reader.nsa,
-            occupancy_read: scan.read,
-            occupancy_write: scan.write,
+            scan,
             read: reader.read,
             depth_read: lookup.depth_read,
             colour_read: blend.colour_read,

@@ -104,3 +104,76 @@ impl Block for Sections {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tbuffer::config::Params;
+    use crate::test_util::{Table, screen};
+
+    const ON_CHIP: u32 = 3;
+    const SECTIONS: u32 = 5;
+    const CAPACITY: u32 = 4;
+
+    fn word(place: Place) -> Word {
+        Word { z: place.section * 100 + place.slot, rgba: place.slot }
+    }
+
+    fn places() -> impl Iterator<Item = Place> {
+        (0..SECTIONS).flat_map(|section| (0..CAPACITY).map(move |slot| Place { section, slot }))
+    }
+
+    fn reads(read: Stream<Place>) -> In {
+        In { write: Stream::idle(), word: Word::default(), read }
+    }
+
+    /// A memory in which every place holds its own word.
+    fn full(outside_latency: u32) -> Table<Sections> {
+        let params = Params {
+            sections: ON_CHIP,
+            outside_sections: SECTIONS - ON_CHIP,
+            section_capacity: CAPACITY,
+            outside_latency,
+            ..Params::default()
+        };
+        let mut table = Table::<Sections>::new(Config::new(screen(2, 2), params).unwrap());
+        for place in places() {
+            let write = Stream::offer(place);
+            table.clock(In { write, word: word(place), read: Stream::idle() }).unwrap();
+        }
+        table
+    }
+
+    #[test]
+    fn an_answer_comes_at_its_cycle_and_is_that_places_own() {
+        for outside_latency in [1, 2, 7] {
+            for place in places() {
+                let mut table = full(outside_latency);
+                table.clock(reads(Stream::offer(place))).unwrap();
+                let latency = if place.section < ON_CHIP { 1 } else { outside_latency };
+                for after in 1..=10 {
+                    let seen = table.moore();
+                    assert_eq!(seen.valid, after == latency, "{place:?}, {after} cycles after");
+                    assert!(!seen.valid || seen.data == word(place), "{place:?}");
+                    table.clock(reads(Stream::idle())).unwrap();
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn reads_are_pipelined() {
+        let mut table = full(6);
+        let outside: Vec<Place> = places().filter(|p| p.section >= ON_CHIP).collect();
+        let mut seen = vec![];
+        for cycle in 0..outside.len() + 6 {
+            let answer = table.moore();
+            seen.extend(answer.valid.then_some((cycle, answer.data)));
+            let read = outside.get(cycle).map_or(Stream::idle(), |place| Stream::offer(*place));
+            table.clock(reads(read)).unwrap();
+        }
+        let expected: Vec<(usize, Word)> =
+            outside.iter().enumerate().map(|(k, place)| (k + 6, word(*place))).collect();
+        assert_eq!(seen, expected);
+    }
+}

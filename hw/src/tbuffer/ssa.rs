@@ -77,3 +77,66 @@ impl Block for Ssa {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tbuffer::config::Params;
+    use crate::test_util::{Table, screen};
+
+    fn nothing() -> In {
+        In {
+            store_read: ReadPort::default(),
+            store_write: WritePort::default(),
+            lookup_read: ReadPort::default(),
+            lookup_write: WritePort::default(),
+            clear: Stream::idle(),
+        }
+    }
+
+    /// A table of 6 pixels, all NULL; 7 and 2 sections make 9 the number of NULL.
+    fn cleared() -> Table<Ssa> {
+        let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
+        let mut table = Table::<Ssa>::new(Config::new(screen(3, 2), params).unwrap());
+        for pixel in 0..6 {
+            table.clock(In { clear: Stream::offer(pixel), ..nothing() }).unwrap();
+        }
+        table
+    }
+
+    fn read(pixel: u32) -> ReadPort {
+        let mut port = ReadPort::default();
+        port.read(pixel);
+        port
+    }
+
+    fn write(pixel: u32, entry: SsaEntry) -> WritePort<SsaEntry> {
+        let mut port = WritePort::default();
+        port.write(pixel, entry);
+        port
+    }
+
+    const NULL: SsaEntry = SsaEntry { head: 9, tail: 0, fill: 0 };
+    const USED: SsaEntry = SsaEntry { head: 4, tail: 8, fill: 3 };
+
+    #[test]
+    fn a_read_that_meets_a_write_shows_what_is_written() {
+        let mut table = cleared();
+        let both = In { store_read: read(5), store_write: write(5, USED), ..nothing() };
+        table.clock(both).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: USED });
+    }
+
+    #[test]
+    fn both_users_reach_the_table() {
+        let mut table = cleared();
+        table.clock(In { lookup_read: read(2), ..nothing() }).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: NULL });
+        table.clock(In { store_write: write(2, USED), ..nothing() }).unwrap();
+        table.clock(In { lookup_read: read(2), ..nothing() }).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: USED });
+        table.clock(In { lookup_write: write(2, NULL), ..nothing() }).unwrap();
+        table.clock(In { store_read: read(2), ..nothing() }).unwrap();
+        assert_eq!(table.moore(), Read { valid: true, data: NULL });
+    }
+}

@@ -5,7 +5,7 @@
 //!  fragment ------>|       |---> SSA read, write    <--- entry
 //!  ready <---------| Store |---> NSA access         <--- entry
 //!  grant --------->|       |---> section write
-//!  take <----------|       |---> occupancy read, write
+//!  take <----------|       |---> occupancy ask, set
 //!                  +-------+
 //! ```
 //! With `append=tail` one fragment a cycle, same pixel or not: the SSA entry names the last section
@@ -15,7 +15,7 @@
 //!
 //! If no section is free anywhere the fragment is dropped, and `dropped` says so.
 
-use super::config::{Config, OCCUPANCY_BITS};
+use super::config::Config;
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::pixel::{Marked, PixelFragment};
 use pellucid_sim::Block;
@@ -62,8 +62,6 @@ pub struct In {
     pub ssa: Read<SsaEntry>,
     /// The NSA entry that was asked for.
     pub nsa: Read<NsaEntry>,
-    /// The occupancy word that was asked for.
-    pub occupancy: Read<u64>,
     /// A free section.
     pub grant: Stream<u32>,
     /// No section is free.
@@ -86,10 +84,10 @@ pub struct Out {
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads or writes an NSA entry.
     pub nsa: Port<NsaEntry>,
-    /// Reads an occupancy word.
-    pub occupancy_read: ReadPort,
-    /// Writes an occupancy word.
-    pub occupancy_write: WritePort<u64>,
+    /// A pixel whose occupancy bit may be set.
+    pub occupancy_ask: Stream<u32>,
+    /// The pixel that was asked for last is set.
+    pub occupancy_set: Stream<u32>,
     /// Where the fragment is written.
     pub place: Stream<Place>,
     /// What is written there.
@@ -216,10 +214,7 @@ impl Block for Store {
                     o.ssa_write.write(pixel, SsaEntry { head: new, tail: 0, fill: 0 });
                     o.nsa.write(new, NsaEntry { next: cfg.null, fill: 1 });
                 }
-                if cfg.bitmap {
-                    let bit = 1 << (pixel % OCCUPANCY_BITS);
-                    o.occupancy_write.write(pixel / OCCUPANCY_BITS, i.occupancy.data | bit);
-                }
+                o.occupancy_set = Stream::offer(pixel);
             } else if cfg.tail {
                 o.ssa_write.write(pixel, SsaEntry { tail: new, fill: 1, ..i.ssa.data });
                 o.nsa.write(behind.payload, NsaEntry { next: new, fill: 0 });
@@ -239,9 +234,7 @@ impl Block for Store {
             d.stage = front;
             if front.valid && !front.payload.end {
                 o.ssa_read.read(front.payload.item.pixel);
-                if cfg.bitmap {
-                    o.occupancy_read.read(front.payload.item.pixel / OCCUPANCY_BITS);
-                }
+                o.occupancy_ask = Stream::offer(front.payload.item.pixel);
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: done };
@@ -249,3 +242,6 @@ impl Block for Store {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -146,7 +146,7 @@ fn part(field: &Field) -> Result<Part<'_>> {
         (Some(_), Some(_)) => {
             return Err(Error::new(field.span(), "a field has either a width or a configuration"));
         }
-        (Some(w), None) => quote_spanned!(w.span()=> &((#w) as u32)),
+        (Some(w), None) => quote_spanned!(w.span()=> &(#w)),
         (None, Some(c)) => quote_spanned!(c.span()=> &(#c)),
         (None, None) if integer => {
             return Err(Error::new(field.span(), "an integer register needs #[width(bits)]"));

@@ -1,0 +1,198 @@
+use super::*;
+use crate::test_util::{Pattern, Source, pattern, screen};
+use pellucid_sim::{Sim, StreamMonitor};
+use proptest::prelude::*;
+
+/// One fragment of a pixel: depth, and whether the opaque depth lets it be seen.
+type Layer = (u32, bool);
+
+const PIXELS: u32 = 64;
+const LAYERS: u32 = 512;
+
+/// A colour that no other fragment of the frame has.
+fn colour(pixel: usize, layer: usize) -> u32 {
+    (pixel as u32) << 16 | layer as u32
+}
+
+/// The frame as the reader of the chains sends it: each pixel in `ceil(visible / depth)` passes, at
+/// least one.
+fn passes(depth: u32, pixels: &[Vec<Layer>]) -> Vec<Marked<Arrived>> {
+    let mut frame = vec![];
+    for (pixel, layers) in pixels.iter().enumerate() {
+        let visible = layers.iter().filter(|layer| layer.1).count() as u32;
+        let count = visible.div_ceil(depth).max(1);
+        for pass in 0..count {
+            for (k, &(z, visible)) in layers.iter().enumerate() {
+                frame.push(Marked::item(Arrived {
+                    pixel: pixel as u32,
+                    z,
+                    rgba: colour(pixel, k),
+                    visible,
+                    last: k + 1 == layers.len(),
+                    last_pass: pass + 1 == count,
+                }));
+            }
+        }
+    }
+    frame.push(Marked::end());
+    frame
+}
+
+/// What must come out: each pixel's visible fragments by a stable sort, then the end.
+fn reference(pixels: &[Vec<Layer>]) -> Vec<Marked<Sorted>> {
+    let mut frame = vec![];
+    for (pixel, layers) in pixels.iter().enumerate() {
+        let mut visible: Vec<(u32, usize)> = vec![];
+        visible.extend(layers.iter().enumerate().filter(|(_, l)| l.1).map(|(k, l)| (l.0, k)));
+        visible.sort_by_key(|&(z, _)| std::cmp::Reverse(z));
+        for (at, &(_, k)) in visible.iter().enumerate() {
+            let last = at + 1 == visible.len();
+            let rgba = colour(pixel, k);
+            frame.push(Marked::item(Sorted { pixel: pixel as u32, rgba, last }));
+        }
+    }
+    frame.push(Marked::end());
+    frame
+}
+
+/// Sorts `frames` one after the other; gives what came out, with its cycles.
+fn play(
+    depth: u32,
+    frames: &[Vec<Marked<Arrived>>],
+    starts: Pattern,
+    ready: &Pattern,
+) -> Vec<(u64, Marked<Sorted>)> {
+    let cfg = Config { depth, screen: screen(PIXELS, 1), layer_bits: bits_for(LAYERS.into()) };
+    let mut sim = Sim::<Sorter>::new(cfg);
+    let mut source = Source::new(frames.concat(), starts);
+    let mut monitor = StreamMonitor::new("sorted", "Sorter", "test");
+    let (mut out, mut ends) = (vec![], 0);
+    for cycle in 0.. {
+        assert!(cycle < 200_000, "the end of the frame does not come");
+        let seen = sim.moore();
+        let sorted = seen.sorted.with(ready.at(cycle));
+        monitor.observe(sorted).unwrap();
+        let arrived = source.offer(cycle);
+        source.edge(seen.ready);
+        sim.clock(In { arrived, sorted_ready: sorted.ready }).unwrap();
+        if sorted.fires() {
+            let end = sorted.payload.end;
+            out.push((cycle, if end { Marked::end() } else { sorted.payload }));
+            ends += usize::from(end);
+        }
+        if ends == frames.len() {
+            break;
+        }
+    }
+    out
+}
+
+fn items(out: Vec<(u64, Marked<Sorted>)>) -> Vec<Marked<Sorted>> {
+    out.into_iter().map(|(_, item)| item).collect()
+}
+
+fn free_running(depth: u32, pixels: &[Vec<Layer>]) -> Vec<(u64, Marked<Sorted>)> {
+    play(depth, &[passes(depth, pixels)], Pattern::always(), &Pattern::always())
+}
+
+#[test]
+fn far_to_near_and_equal_depths_as_they_came() {
+    let layers = vec![(5, true), (9, true), (5, true), (7, false), (9, true)];
+    let order: Vec<u32> =
+        items(free_running(8, &[layers])).iter().map(|s| s.item.rgba).take(4).collect();
+    assert_eq!(order, [1, 4, 0, 2]);
+}
+
+#[test]
+fn one_depth_over_several_passes() {
+    let pixels = [vec![(3, true); 7], vec![(3, true); 2], vec![(3, true); 4]];
+    for depth in 1..=4 {
+        assert_eq!(items(free_running(depth, &pixels)), reference(&pixels), "K = {depth}");
+    }
+}
+
+#[test]
+fn a_pixel_of_which_nothing_is_seen_gives_nothing() {
+    let hidden = vec![(1, false); 3];
+    let pixels = [hidden.clone(), vec![(2, true)], hidden.clone(), hidden];
+    assert_eq!(items(free_running(2, &pixels)), reference(&pixels));
+}
+
+#[test]
+fn a_stalled_receiver_gets_the_pixel_before_a_hidden_one_unchanged() {
+    // The hidden pixel is closed while the one before it still waits, and the next is not begun.
+    let pixels = [vec![(2, true), (1, true)], vec![(1, false)], vec![(4, true)]];
+    let frame = passes(4, &pixels);
+    for late in 1..12 {
+        let cycles: Vec<bool> = (0..=late).map(|cycle| cycle == late).collect();
+        let out = play(4, std::slice::from_ref(&frame), Pattern::always(), &Pattern::of(cycles));
+        assert_eq!(items(out), reference(&pixels), "taken every {} cycles", late + 1);
+    }
+}
+
+/// A pixel's last fragment closes it for the next cycle; from then on one fragment leaves a cycle.
+fn leaving_cycles(layers: &[u32]) -> Vec<u64> {
+    let (mut closes, mut free, mut cycles) = (0, 0, vec![]);
+    for &n in layers {
+        closes += u64::from(n);
+        for _ in 0..n {
+            let leaves = closes.max(free);
+            cycles.push(leaves);
+            free = leaves + 1;
+        }
+    }
+    // The end comes in behind the last fragment.
+    cycles.push((closes + 1).max(free));
+    cycles
+}
+
+#[test]
+fn shallow_pixels_pass_at_one_fragment_a_cycle() {
+    for layers in [vec![1; 40], vec![3; 20], vec![1, 4, 2, 8, 1, 1, 5, 8, 3, 2, 2, 7]] {
+        let pixel = |n: &u32| (0..*n).map(|z| (z, true)).collect();
+        let pixels: Vec<Vec<Layer>> = layers.iter().map(pixel).collect();
+        let cycles: Vec<u64> = free_running(16, &pixels).iter().map(|(cycle, _)| *cycle).collect();
+        assert_eq!(cycles, leaving_cycles(&layers), "{layers:?}");
+    }
+}
+
+#[test]
+fn a_full_sorter_takes_on_what_may_fall_off() {
+    // 12 fragments through K = 4: three passes of 12. The first comes in in cycles 0 to 11. In 12 its
+    // four are closed and no register is free; the second comes in in 13 to 24 while they leave, the
+    // third in 26 to 37, and its four leave in 38 to 41.
+    let pixel: Vec<Layer> = (0..12).map(|z| (z, true)).collect();
+    let cycles: Vec<u64> = free_running(4, &[pixel]).iter().map(|(cycle, _)| *cycle).collect();
+    assert_eq!(cycles, [12, 13, 14, 15, 25, 26, 27, 28, 38, 39, 40, 41, 42]);
+}
+
+fn layers() -> impl Strategy<Value = Vec<Layer>> {
+    let length = prop_oneof![5 => 1usize..6, 2 => 6usize..20, 1 => 20usize..70];
+    let layer = (0u32..5, prop::bool::weighted(0.8));
+    length.prop_flat_map(move |n| proptest::collection::vec(layer.clone(), n))
+}
+
+proptest! {
+    /// Against a stable sort of each pixel, any number of layers, gaps before and stalls behind.
+    #[test]
+    fn behaves_as_a_stable_sort(
+        depth in prop_oneof![6 => 1u32..9, 1 => Just(64u32)],
+        frames in proptest::collection::vec(proptest::collection::vec(layers(), 0..8), 1..3),
+        starts in pattern(),
+        ready in pattern(),
+    ) {
+        let sent: Vec<_> = frames.iter().map(|pixels| passes(depth, pixels)).collect();
+        let expected: Vec<_> = frames.iter().flat_map(|pixels| reference(pixels)).collect();
+        prop_assert_eq!(items(play(depth, &sent, starts, &ready)), expected);
+    }
+
+    /// Far beyond K, K = 64 included.
+    #[test]
+    fn deep_pixels_are_exact(
+        depth in prop_oneof![Just(1u32), Just(5u32), Just(64u32)],
+        layers in proptest::collection::vec((0u32..12, prop::bool::weighted(0.9)), 130..300),
+    ) {
+        let pixels = [layers];
+        prop_assert_eq!(items(free_running(depth, &pixels)), reference(&pixels));
+    }
+}

@@ -1,0 +1,111 @@
+//! Walks over words of bits and names every set bit.
+//!
+//! ```text
+//!             +---------+
+//!  word ----->|         |---> bit (Stream)
+//!  take <-----| BitWalk |<--- bit_ready
+//!  data ----->|         |---> read, clear
+//!             +---------+
+//! ```
+//! It is sent the numbers of words, looks each up in a memory that answers after one cycle, sends the
+//! number of every set bit (the word's number times [`OCCUPANCY_BITS`] plus its place), lowest first,
+//! and clears the word. One bit a cycle, or one word without any; the next word is looked up ahead.
+
+use super::config::{Config, OCCUPANCY_BITS};
+use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort};
+
+/// See the module's description.
+pub struct BitWalk;
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Bits of the word at hand that are yet to be sent.
+    #[width(OCCUPANCY_BITS)]
+    pub bits: u64,
+    /// Number of the word at hand.
+    #[width(cfg.word_bits())]
+    pub word: u32,
+    /// The word that the memory shows.
+    #[with(cfg.word_bits())]
+    pub asked: Stream<u32>,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug)]
+pub struct In {
+    /// A word to visit.
+    pub word: Stream<u32>,
+    /// The word that was asked for.
+    pub data: Read<u64>,
+    /// The receiver takes a bit.
+    pub bit_ready: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug)]
+pub struct Moore {
+    /// Numbers of set bits.
+    pub bit: Stream<u32>,
+    /// No word is at hand or asked for.
+    pub idle: bool,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Out {
+    /// The word to visit is taken.
+    pub take: bool,
+    /// Reads a word.
+    pub read: ReadPort,
+    /// Clears a word.
+    pub clear: WritePort<u64>,
+}
+
+impl Block for BitWalk {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = ();
+
+    fn reset(_: &Config) -> State {
+        State { bits: 0, word: 0, asked: Stream::idle() }
+    }
+
+    fn memories(_: &Config) {}
+
+    #[inline(always)]
+    fn moore(_: &Config, q: &State, (): &()) -> Moore {
+        let place = q.bits.trailing_zeros() & (OCCUPANCY_BITS - 1);
+        Moore {
+            bit: Stream { valid: q.bits != 0, payload: q.word * OCCUPANCY_BITS + place },
+            idle: q.bits == 0 && !q.asked.valid,
+        }
+    }
+
+    #[inline(always)]
+    fn next(_: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
+        let (mut read, mut clear) = (ReadPort::default(), WritePort::default());
+        // The bit that leaves is the lowest.
+        let rest = if i.bit_ready { q.bits & q.bits.wrapping_sub(1) } else { q.bits };
+        let empty = rest == 0;
+        d.bits = rest;
+        if empty && q.asked.valid {
+            d.word = q.asked.payload;
+            d.bits = i.data.data;
+            d.asked.valid = false;
+            if i.data.data != 0 {
+                clear.write(q.asked.payload, 0);
+            }
+        }
+        // The next word is asked for as soon as the memory is free to show it.
+        let take = i.word.valid && (empty || !q.asked.valid);
+        if take {
+            read.read(i.word.payload);
+            d.asked = i.word;
+        }
+        Out { take, read, clear }
+    }
+}

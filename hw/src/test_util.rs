@@ -1,0 +1,142 @@
+//! What the tests of several blocks share: streams that come and go at random, and memories beside
+//! the block under test.
+
+use crate::pixel::Screen;
+use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Stream};
+use proptest::prelude::*;
+use std::collections::VecDeque;
+
+/// A screen with a background that is neither black nor white.
+pub fn screen(width: u32, height: u32) -> Screen {
+    Screen { width, height, background: 0x10_20_30 }
+}
+
+/// In which cycles something happens; repeats without end, and holds at least one cycle in which it
+/// does.
+#[derive(Clone, Debug)]
+pub struct Pattern(Vec<bool>);
+
+impl Pattern {
+    /// In every cycle.
+    pub fn always() -> Pattern {
+        Pattern(vec![true])
+    }
+    /// In the cycles of `cycles` that are true, over and over.
+    pub fn of(cycles: Vec<bool>) -> Pattern {
+        assert!(cycles.contains(&true), "it would never happen");
+        Pattern(cycles)
+    }
+    /// Whether it happens in `cycle`.
+    pub fn at(&self, cycle: u64) -> bool {
+        self.0[(cycle % self.0.len() as u64) as usize]
+    }
+}
+
+/// Every cycle, or some at random.
+pub fn pattern() -> impl Strategy<Value = Pattern> {
+    let random = proptest::collection::vec(any::<bool>(), 1..24).prop_map(|mut cycles| {
+        cycles.push(true);
+        Pattern(cycles)
+    });
+    prop_oneof![1 => Just(Pattern::always()), 3 => random]
+}
+
+/// The sending end of a stream: offers one item after the other, each until it is taken.
+#[derive(Clone, Debug)]
+pub struct Source<T> {
+    items: VecDeque<T>,
+    starts: Pattern,
+    offered: bool,
+}
+
+impl<T: Copy + Default> Source<T> {
+    /// Sends `items`; offers begin in the cycles of `starts`.
+    pub fn new(items: impl IntoIterator<Item = T>, starts: Pattern) -> Source<T> {
+        Source { items: items.into_iter().collect(), starts, offered: false }
+    }
+    /// What is offered in `cycle`.
+    pub fn offer(&mut self, cycle: u64) -> Stream<T> {
+        self.offered |= self.starts.at(cycle);
+        match self.items.front() {
+            Some(item) if self.offered => Stream::offer(*item),
+            _ => Stream::idle(),
+        }
+    }
+    /// The cycle ends; what was offered is taken if `ready`.
+    pub fn edge(&mut self, ready: bool) {
+        if self.offered && ready {
+            self.items.pop_front();
+            self.offered = false;
+        }
+    }
+}
+
+/// The edge of a memory beside the block under test: a misuse fails the test.
+pub fn edge(memory: &mut impl Memory) {
+    let fault = memory.clock();
+    memory.visit("memory", &mut |path, storage| {
+        let kind = storage.take_fault();
+        assert!(!fault || kind.is_none(), "{path}: {kind:?}");
+    });
+}
+
+/// A block without registers under the clock.
+pub struct Table<B: Block<State = (), Out = ()>> {
+    cfg: B::Config,
+    mem: B::Mem,
+}
+
+impl<B: Block<State = (), Out = ()>> Table<B> {
+    /// The block at power-up.
+    pub fn new(cfg: B::Config) -> Table<B> {
+        let mem = B::memories(&cfg);
+        Table { cfg, mem }
+    }
+    /// One cycle; a misuse of a memory is an error.
+    pub fn clock(&mut self, i: B::In) -> Result<(), FaultKind> {
+        B::next(&self.cfg, &(), &mut (), &mut self.mem, i);
+        let mut fault = None;
+        if self.mem.clock() {
+            self.mem.visit("", &mut |_, storage| fault = fault.take().or(storage.take_fault()));
+        }
+        fault.map_or(Ok(()), Err)
+    }
+    /// What it shows.
+    pub fn moore(&self) -> B::Moore {
+        B::moore(&self.cfg, &(), &self.mem)
+    }
+    /// Its memories.
+    pub fn memories(&mut self) -> &mut B::Mem {
+        &mut self.mem
+    }
+}
+
+/// Words read from a memory so far, and words written to it.
+pub fn traffic(memory: &mut impl Memory) -> (u64, u64) {
+    let (mut reads, mut writes) = (0, 0);
+    memory.visit("memory", &mut |_, storage| {
+        reads += storage.info().reads;
+        writes += storage.info().writes;
+    });
+    (reads, writes)
+}
+
+/// A memory of latency 1 that holds `words`.
+pub fn holding<T: Copy + Default>(words: &[T], policy: ReadDuringWrite) -> Ram1R1W<T> {
+    let mut ram = Ram1R1W::new(words.len() as u32, 64, 1, policy);
+    for (addr, word) in words.iter().enumerate() {
+        ram.write(addr as u32, *word);
+        edge(&mut ram);
+    }
+    ram
+}
+
+/// What a memory of latency 1 and `words` words holds.
+pub fn contents<T: Copy + Default>(ram: &mut Ram1R1W<T>, words: u32) -> Vec<T> {
+    let read = |addr| {
+        ram.read(addr);
+        edge(ram);
+        ram.q().data
+    };
+    (0..words).map(read).collect()
+}
