@@ -13,8 +13,8 @@ use pellucid_sim::block::Cycle;
 use pellucid_sim::{Handshake, Memory, Sim, Stream, state_name};
 use std::collections::BTreeMap;
 
-/// Two pixels: the first is left empty.
-const SCREEN: Screen = Screen { width: 2, height: 1, background: 0xffffff };
+/// Three pixels: the second has fragments.
+const SCREEN: Screen = Screen { width: 3, height: 1, background: 0xffffff };
 
 /// The frame: fragments of the second pixel, the nearest first.
 const FRAGMENTS: [(&str, Fragment); 3] = [
@@ -80,11 +80,12 @@ pub fn run(append: Append, scan: Scan) -> Timing {
 }
 
 /// Rows of memories, and the memories.
-const MEMORIES: [(&str, &str); 6] = [
+const MEMORIES: [(&str, &str); 7] = [
     ("ssa", "ssa.table"),
     ("nsa", "nsa.table"),
     ("sections", "sections.on_chip"),
-    ("occupancy", "occupancy.bitmap"),
+    ("bitmap", "occupancy.bitmap"),
+    ("summary", "occupancy.summary"),
     ("depth", "frame_buffer.depth_a"),
     ("colour", "frame_buffer.colour_a"),
 ];
@@ -149,16 +150,8 @@ impl Timing {
     /// The cycles until the frame is stored.
     pub fn store(&self) -> String {
         let rows = [
-            "phase",
-            "fragment",
-            "passed",
-            "store",
-            "take",
-            "ssa",
-            "nsa",
-            "sections",
-            "occupancy",
-            "depth",
+            "phase", "fragment", "passed", "store", "take", "ssa", "nsa", "sections", "bitmap",
+            "summary", "depth",
         ];
         self.draw(0, self.start(Phase::Resolve), &rows)
     }
@@ -166,20 +159,8 @@ impl Timing {
     /// The cycles of resolve.
     pub fn resolve(&self) -> String {
         let rows = [
-            "phase",
-            "scan",
-            "pixel",
-            "chain",
-            "reader",
-            "arrived",
-            "sorted",
-            "release",
-            "ssa",
-            "nsa",
-            "sections",
-            "occupancy",
-            "depth",
-            "colour",
+            "phase", "scan", "pixel", "chain", "reader", "arrived", "sorted", "release", "ssa",
+            "nsa", "sections", "bitmap", "summary", "depth", "colour",
         ];
         let from = self.start(Phase::Resolve);
         let cycles = self.phases[from..].iter().take_while(|p| **p == Phase::Resolve).count();
