@@ -145,10 +145,13 @@ impl<T: Copy + Default + PartialEq + fmt::Debug> StreamMonitor<T> {
     pub fn observe(&mut self, now: Handshake<T>) -> Result<(), Violation> {
         self.transfers += u64::from(now.valid & now.ready);
         self.stalls += u64::from(now.valid & !now.ready);
-        if cfg!(debug_assertions) && self.last.valid && !self.last.ready {
-            self.rule_2(now)?;
+        if cfg!(debug_assertions) {
+            if self.last.valid && !self.last.ready {
+                self.rule_2(now)?;
+            }
+            self.last.payload = now.payload;
         }
-        self.last = now;
+        (self.last.valid, self.last.ready) = (now.valid, now.ready);
         Ok(())
     }
 
@@ -164,9 +167,9 @@ impl<T: Copy + Default + PartialEq + fmt::Debug> StreamMonitor<T> {
         Err(Violation { stream: self.name, from: self.from, what })
     }
 
-    /// What the stream was like in the last cycle.
-    pub fn last(&self) -> Handshake<T> {
-        self.last
+    /// Whether something was offered in the last cycle, and whether the receiver was ready.
+    pub fn last(&self) -> (bool, bool) {
+        (self.last.valid, self.last.ready)
     }
 
     /// Forgets an offer that was cut short by a reset.

@@ -25,7 +25,7 @@ pub struct Architecture {
     /// Its parameters.
     pub parameters: fn() -> Vec<Param>,
     /// Builds a machine from a preset and settings, later ones before earlier ones.
-    build: fn(Screen, &str, &[Setting]) -> Result<Box<dyn Runnable>, SettingError>,
+    build: fn(Screen, &str, &[Setting]) -> Built,
 }
 
 /// All architectures; the first is the default.
@@ -36,6 +36,9 @@ pub const ARCHITECTURES: &[Architecture] = &[Architecture {
     parameters: tbuffer::Params::list,
     build: build_tbuffer,
 }];
+
+/// A machine, or why it cannot be built.
+pub type Built = Result<Box<dyn Runnable>, SettingError>;
 
 /// A parameter's value as a user gave it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -112,12 +115,7 @@ impl Architecture {
     ///
     /// # Errors
     /// An unknown preset or parameter, or a value out of range.
-    pub fn build(
-        &self,
-        screen: Screen,
-        preset: Option<&str>,
-        settings: &[Setting],
-    ) -> Result<Box<dyn Runnable>, SettingError> {
+    pub fn build(&self, screen: Screen, preset: Option<&str>, settings: &[Setting]) -> Built {
         let names: Vec<&str> = (self.presets)().iter().map(|p| p.0).collect();
         let name = preset.unwrap_or(names[0]);
         if !names.contains(&name) {
@@ -132,18 +130,12 @@ impl Architecture {
     }
 }
 
-fn build_tbuffer(
-    screen: Screen,
-    preset: &str,
-    settings: &[Setting],
-) -> Result<Box<dyn Runnable>, SettingError> {
+fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let preset = tbuffer::PRESETS.iter().find(|p| p.name == preset);
     let mut params = preset.map_or_else(tbuffer::Params::default, |p| (p.params)());
     for Setting { name, value, origin } in settings {
-        let origin = || origin.clone();
-        params
-            .set(name, value)
-            .map_err(|error| SettingError::Setting { origin: origin(), error })?;
+        let set = params.set(name, value);
+        set.map_err(|error| SettingError::Setting { origin: origin.clone(), error })?;
     }
     let cfg = tbuffer::Config::new(screen, params)?;
     Ok(match params.allocator {

@@ -5,6 +5,9 @@
 //! the same file system, and renamed when it is complete: a rename within a file system is atomic. A
 //! target that is already there keeps its old content until then.
 //!
+//! A signal ends a process without dropping anything: its handler calls [`abandon`], which removes the
+//! temporary files first.
+//!
 //! A target that exists and is no regular file (`/dev/null`, a pipe) is written directly: there is
 //! nothing to keep whole, and replacing a device by a file would do harm.
 
@@ -12,6 +15,7 @@ use std::error::Error;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{NamedTempFile, TempPath};
 
@@ -77,6 +81,35 @@ pub struct AtomicFile {
 struct Rename {
     from: TempPath,
     to: PathBuf,
+    // Declared last: the file is on the list for as long as it has its temporary name.
+    listed: Listed,
+}
+
+/// The temporary files that there are now.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// An entry of [`UNFINISHED`], taken off it when dropped.
+#[derive(Debug)]
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// Removes all temporary files and ends the process with `status`, while other threads may write.
+pub fn abandon(status: i32) -> ! {
+    // Held to the end, so that no further file is begun.
+    let unfinished = unfinished();
+    for path in unfinished.iter() {
+        let _ = fs::remove_file(path);
+    }
+    std::process::exit(status)
 }
 
 impl AtomicFile {
@@ -107,7 +140,11 @@ impl AtomicFile {
         let done = file.into_inner().map_err(io::IntoInnerError::into_error).and_then(|file| {
             drop(file);
             match rename {
-                Some(Rename { from, to }) => from.persist(to).map_err(|error| error.error),
+                Some(Rename { from, to, listed }) => {
+                    let renamed = from.persist(to).map_err(|error| error.error);
+                    drop(listed);
+                    renamed
+                }
                 None => Ok(()),
             }
         });
@@ -139,8 +176,11 @@ fn open(path: &Path) -> io::Result<(File, Option<Rename>)> {
         Ok(_) => fs::canonicalize(path)?,
         Err(_) => path.to_owned(),
     };
+    let mut unfinished = unfinished();
     let (file, from) = temporary(&to)?.into_parts();
-    Ok((file, Some(Rename { from, to })))
+    unfinished.push(from.to_path_buf());
+    let listed = Listed(from.to_path_buf());
+    Ok((file, Some(Rename { from, to, listed })))
 }
 
 /// A temporary file beside `target`, hidden, with the permissions of any file that a user creates.

@@ -28,7 +28,7 @@ impl Progress {
     #[inline]
     pub fn step(&mut self) {
         self.done += 1;
-        if self.done % LOOK_EVERY == 0 && !self.quiet {
+        if self.done.is_multiple_of(LOOK_EVERY) && !self.quiet {
             self.show();
         }
     }

@@ -3,8 +3,8 @@
 use crate::golden::Reference;
 use crate::output::{AtomicFile, OutputError};
 use crate::scoreboard::Verdict;
-use comfy_table::{CellAlignment, Table, presets};
-use pellucid_hw::machine::{MemoryTally, Tally};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
+use pellucid_hw::machine::{Cycles, MemoryTally, Tally};
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
 use pellucid_sim::Figures;
@@ -32,6 +32,9 @@ pub struct Report {
     histogram: Vec<u64>,
     faults: Vec<String>,
 }
+
+/// From how many columns on there is room for the sentences beside the figures.
+const SENTENCES_FROM: u16 = 110;
 
 /// What the fields of a memory mean.
 const MEMORY_FIELDS: [(&str, &str, &str); 6] = [
@@ -86,21 +89,20 @@ impl Report {
         let about = "Transparent fragments that count per pixel that has any.";
         let mean = rate(r.blended, r.transparent_pixels);
         add("frame", "mean_layers", mean, "fragments per pixel", about);
-        for (group, figures) in [
-            ("cycles", tally.cycles.figures()),
-            ("fragments", tally.fragments.figures()),
-            (arch, tally.own.clone()),
-        ] {
-            for f in figures {
-                add(group, f.name, n(f.value), f.unit, f.about);
-            }
+        for f in tally.cycles.figures() {
+            add("cycles", f.name, n(f.value), f.unit, f.about);
         }
         let f = &tally.fragments;
         let unit = "fragments per cycle";
+        let about = "Fragments of any kind taken per cycle of store.";
+        add("rates", "accepted", rate(f.arrived, tally.cycles.store), unit, about);
         let about = "Fragments stored per cycle of store.";
         add("rates", "stored", rate(f.stored, tally.cycles.store), unit, about);
         let about = "Stored fragments done with per cycle of resolve.";
         add("rates", "resolved", rate(f.stored, tally.cycles.resolve), unit, about);
+        for f in f.figures() {
+            add("fragments", f.name, n(f.value), f.unit, f.about);
+        }
         let about = "Accesses as the seed document counts them.";
         add("accesses", "seed", n(tally.seed_accesses), "words", about);
         let full = tally.memories.iter().map(|m| m.info.reads + m.info.writes).sum();
@@ -117,6 +119,9 @@ impl Report {
         add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);
         let about = "The largest difference of a channel, 0 to 255.";
         add("image", "max_error", n(image.max_error.into()), "levels", about);
+        for f in &tally.own {
+            add(arch, f.name, n(f.value), f.unit, f.about);
+        }
         Report {
             arch,
             scene: scene.to_string(),
@@ -212,21 +217,28 @@ impl Report {
         text
     }
 
-    /// The figures as tables for a terminal.
-    pub fn table(&self) -> String {
+    /// The figures as tables of at most `width` columns, if that is limited; the sentences are left
+    /// out where there is no room for them.
+    pub fn table(&self, width: Option<u16>) -> String {
+        let sentences = width.is_none_or(|width| width >= SENTENCES_FROM);
         let mut figures = Table::new();
-        figures.load_style(presets::NOTHING);
+        figures.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Dynamic);
+        if let Some(width) = width {
+            figures.set_width(width);
+        }
         let mut group = "";
         for e in &self.entries {
             if e.group != group {
                 group = e.group;
-                figures.add_row([group.to_uppercase(), String::new(), String::new()]);
+                figures.add_row([group.to_uppercase()]);
             }
-            figures.add_row([
-                format!("  {}", e.name),
-                grouped(&e.value),
-                format!("{:19} {}", e.unit, e.about),
-            ]);
+            let mut row = vec![format!("  {}", e.name), grouped(&e.value), e.unit.to_string()];
+            row.extend(sentences.then(|| e.about.to_string()));
+            figures.add_row(row);
+        }
+        // What must not be broken is as wide as it is; the sentences take what is left.
+        for column in figures.column_iter_mut().take(3) {
+            column.set_constraint(ColumnConstraint::ContentWidth);
         }
         align_right(&mut figures, &[1]);
         let mut memories = Table::new();
@@ -248,8 +260,31 @@ impl Report {
             streams.add_row([name, from, to, transfers, stalls]);
         }
         align_right(&mut streams, &[3, 4]);
+        // The groups' names stand at the margin, a blank line before each but the first.
         let lines = format!("{figures}\n{memories}\n{streams}");
-        lines.lines().map(|l| format!("{}\n", l.trim_end())).collect()
+        let mut text = String::new();
+        for line in lines.lines().map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end()) {
+            if !text.is_empty() && !line.starts_with(' ') {
+                text.push('\n');
+            }
+            text += &format!("{line}\n");
+        }
+        text
+    }
+
+    /// What matters most, in two lines.
+    pub fn headline(&self) -> String {
+        let Cycles { total, store, resolve, .. } = self.tally.cycles;
+        let [total, store, resolve] = [total, store, resolve].map(|v| grouped(&json!(v)));
+        let rates = self.entries.iter().filter(|e| e.group == "rates");
+        let rates: Vec<String> = rates.map(|e| format!("{} {}", e.value, e.name)).collect();
+        format!(
+            "{} on {}: {total} cycles, {store} of store and {resolve} of resolve.\n\
+             Fragments per cycle: {}.\n",
+            self.arch,
+            self.scene,
+            rates.join(", ")
+        )
     }
 
     /// Writes `stats.json` and `stats.csv` to `folder`.
@@ -301,12 +336,30 @@ fn grouped(value: &Json) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::golden::Golden;
 
     #[test]
     fn numbers_are_grouped() {
         let text = |n: u64| grouped(&json!(n));
         assert_eq!([0, 999, 1000, 1234567].map(text), ["0", "999", "1,000", "1,234,567"]);
         assert_eq!(grouped(&json!(0.5)), "0.5");
+    }
+
+    #[test]
+    fn a_table_keeps_to_its_width() {
+        let screen = Screen { width: 4, height: 3, background: 0 };
+        let reference = Golden::new(screen).finish();
+        let tally = Tally::default();
+        let verdict = Verdict::new(&reference, &reference.image, &tally, vec![]);
+        let report = Report::new("tbuffer", "glass", vec![], screen, &reference, tally, &verdict);
+        let short = "Fragments of the frame.";
+        let long = "Transparent fragments for which there was no place: the image lacks them.";
+        for width in [80, 109, 110, 120] {
+            let table = report.table(Some(width));
+            assert!(table.lines().all(|line| line.len() <= width.into()), "{width}:\n{table}");
+            assert_eq!(table.contains(short), width >= 110, "{width}:\n{table}");
+        }
+        assert!(report.table(None).contains(long));
     }
 
     #[test]

@@ -61,18 +61,21 @@ impl Verdict {
     /// One sentence per fault; empty if there is none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
-        if self.dropped > 0 {
-            faults.push(format!(
-                "{} fragments were dropped: no section was free (see `sections` and \
-                 `outside_sections`)",
-                self.dropped
-            ));
-        }
-        if let Some((x, y)) = self.image.first {
-            faults.push(format!(
+        let difference = self.image.first.map(|(x, y)| {
+            format!(
                 "{} pixels differ from the golden model, by {} at most, the first at x={x} y={y}",
                 self.image.mismatched_pixels, self.image.max_error
+            )
+        });
+        if self.dropped > 0 {
+            let difference = difference.map(|text| format!("; {text}")).unwrap_or_default();
+            faults.push(format!(
+                "{} fragments were dropped, no section was free (see `sections` and \
+                 `outside_sections`){difference}",
+                self.dropped
             ));
+        } else {
+            faults.extend(difference);
         }
         for Check { what, expected, found } in &self.wrong {
             faults.push(format!("{what}: expected {expected}, the run counted {found}"));

@@ -253,9 +253,10 @@ impl<A: Allocator> Block for TBuffer<A> {
         let store_ready = Store::moore(cfg, &q.store, &m.store).ready;
         let scanout = Scanout::moore(screen, &q.scanout, &m.scanout);
 
-        // Store, clocked while a frame may come in: from the depth test to the sections.
-        let storing = matches!(q.phase, Phase::Idle | Phase::Store);
-        let fragment_ready = storing && !q.ended && depth_test_ready;
+        // Store, clocked from a frame's first offer on: from the depth test to the sections.
+        let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
+        let fragment_ready = open && depth_test_ready;
+        let storing = q.phase == Phase::Store || (open && i.fragment.valid);
         let (mut test, mut store) = (depth_test::Out::default(), store::Out::default());
         if storing {
             let to_depth_test = depth_test::In {

@@ -13,7 +13,7 @@ use crate::machine::{
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
 use crate::sorter::Arrived;
 use pellucid_sim::signals::state_name;
-use pellucid_sim::{Deadlock, Figures, Handshake, StorageInfo, StreamMonitor, Violation, Wait};
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation, Wait};
 
 pellucid_sim::counters! {
     /// The T-buffer's own figures.
@@ -96,13 +96,78 @@ pub struct TBufferMonitor {
 }
 
 impl TBufferMonitor {
+    #[inline(always)]
+    fn observe_store<A: Allocator>(&mut self, q: &State<A>, o: &Out) -> Result<(), Violation> {
+        self.passed.observe(o.passed)?;
+        // Resolve is clocked from the last cycle of the store on.
+        self.pixel.observe(o.pixel)?;
+
+        let e = &o.events;
+        let came = o.fragment.fires();
+        // The first fragment of a frame comes in while the machine is still idle.
+        self.cycles.store += u64::from(came && o.phase == Phase::Idle);
+        let f = &mut self.fragments;
+        f.arrived += u64::from(came && !o.fragment.payload.end);
+        f.drawn += u64::from(e.drawn);
+        f.hidden += u64::from(e.hidden);
+        f.stored += u64::from(e.stored);
+        f.spilled += u64::from(e.spilled);
+        f.dropped += u64::from(e.dropped);
+        self.own.pixels_stored += u64::from(e.first);
+        self.own.culled_early += u64::from(e.culled_early);
+        self.own.allocator_stalls += u64::from(e.waits);
+
+        let frame = &mut self.frame;
+        frame.pixels += u64::from(e.first);
+        frame.sections += u64::from(e.section_taken);
+        frame.outside_sections += u64::from(e.section_taken && e.spilled);
+        frame.words += u64::from(e.stored && !e.spilled);
+        frame.outside_words += u64::from(e.spilled);
+
+        let queues = &mut self.queues;
+        queues.depth_test = queues.depth_test.max(q.depth_test.queue.count);
+        queues.store = queues.store.max(q.store.queue.count);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn observe_resolve<A: Allocator>(&mut self, q: &State<A>, o: &Out) -> Result<(), Violation> {
+        self.passed.observe(o.passed)?;
+        self.pixel.observe(o.pixel)?;
+        self.chain.observe(o.chain)?;
+        self.arrived.observe(o.arrived)?;
+        self.sorted.observe(o.sorted)?;
+        self.release.observe(o.release)?;
+
+        let e = &o.events;
+        self.fragments.blended += u64::from(e.blended);
+        let own = &mut self.own;
+        own.chains_read += u64::from(e.chain_begun);
+        own.fragments_read += u64::from(e.read && !e.read_again);
+        own.fragments_read_again += u64::from(e.read && e.read_again);
+        own.culled_late += u64::from(e.culled_late);
+        own.blender_idle += u64::from(o.phase == Phase::Resolve && !e.blended);
+        if e.frame_done {
+            self.peak = self.peak.max(self.frame);
+            self.frame = Usage::default();
+        }
+
+        let (queues, q) = (&mut self.queues, &q.resolve);
+        queues.lookup = queues.lookup.max(q.lookup.queue.count);
+        queues.chains = queues.chains.max(q.chain.chains.count);
+        queues.pending = queues.pending.max(q.chain.pending.count);
+        queues.arrived = queues.arrived.max(q.chain.arrived.count);
+        queues.release = queues.release.max(q.release.committed + q.release.open);
+        Ok(())
+    }
+
     /// Calls `see` for every stream's monitor.
     fn each_stream(&self, see: &mut dyn FnMut(StreamTally, bool, bool)) {
         fn one<T>(m: &StreamMonitor<T>, see: &mut dyn FnMut(StreamTally, bool, bool))
         where
             T: Copy + Default + PartialEq + std::fmt::Debug,
         {
-            let Handshake { valid, ready, .. } = m.last();
+            let (valid, ready) = m.last();
             let StreamMonitor { name, from, to, transfers, stalls, .. } = *m;
             see(StreamTally { name, from, to, transfers, stalls }, valid, ready);
         }
@@ -220,62 +285,17 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
 
     #[inline(always)]
     fn observe(&mut self, _: &Config, q: &State<A>, o: &Out) -> Result<(), Violation> {
-        self.fragment.observe(o.fragment)?;
-        self.passed.observe(o.passed)?;
-        self.release.observe(o.release)?;
-        self.pixel.observe(o.pixel)?;
-        self.chain.observe(o.chain)?;
-        self.arrived.observe(o.arrived)?;
-        self.sorted.observe(o.sorted)?;
-        self.image.observe(o.image)?;
-
-        let e = &o.events;
-        let came = o.fragment.fires();
         self.phases[o.phase as usize] += 1;
-        // The first fragment of a frame comes in while the machine is still idle.
-        self.cycles.store += u64::from(came && o.phase == Phase::Idle);
-        self.cycles.scanout += u64::from(e.scanout);
-
-        let f = &mut self.fragments;
-        f.arrived += u64::from(came && !o.fragment.payload.end);
-        f.drawn += u64::from(e.drawn);
-        f.hidden += u64::from(e.hidden);
-        f.stored += u64::from(e.stored);
-        f.spilled += u64::from(e.spilled);
-        f.blended += u64::from(e.blended);
-        f.dropped += u64::from(e.dropped);
-
-        let own = &mut self.own;
-        own.pixels_stored += u64::from(e.first);
-        own.chains_read += u64::from(e.chain_begun);
-        own.fragments_read += u64::from(e.read && !e.read_again);
-        own.fragments_read_again += u64::from(e.read && e.read_again);
-        own.culled_early += u64::from(e.culled_early);
-        own.culled_late += u64::from(e.culled_late);
-        own.allocator_stalls += u64::from(e.waits);
-        own.blender_idle += u64::from(o.phase == Phase::Resolve && !e.blended);
-
-        let frame = &mut self.frame;
-        frame.pixels += u64::from(e.first);
-        frame.sections += u64::from(e.section_taken);
-        frame.outside_sections += u64::from(e.section_taken && e.spilled);
-        frame.words += u64::from(e.stored && !e.spilled);
-        frame.outside_words += u64::from(e.spilled);
-        if e.frame_done {
-            self.peak = self.peak.max(self.frame);
-            self.frame = Usage::default();
+        self.fragment.observe(o.fragment)?;
+        self.image.observe(o.image)?;
+        self.cycles.scanout += u64::from(o.events.scanout);
+        self.queues.scanout = self.queues.scanout.max(q.scanout.queue.count);
+        // What is not clocked in a phase has nothing to show.
+        match o.phase {
+            Phase::Clear => Ok(()),
+            Phase::Idle | Phase::Store => self.observe_store(q, o),
+            Phase::Resolve | Phase::Wait => self.observe_resolve(q, o),
         }
-
-        let queues = &mut self.queues;
-        queues.depth_test = queues.depth_test.max(q.depth_test.queue.count);
-        queues.store = queues.store.max(q.store.queue.count);
-        queues.lookup = queues.lookup.max(q.resolve.lookup.queue.count);
-        queues.chains = queues.chains.max(q.resolve.chain.chains.count);
-        queues.pending = queues.pending.max(q.resolve.chain.pending.count);
-        queues.arrived = queues.arrived.max(q.resolve.chain.arrived.count);
-        queues.release = queues.release.max(q.resolve.release.committed + q.resolve.release.open);
-        queues.scanout = queues.scanout.max(q.scanout.queue.count);
-        Ok(())
     }
 
     fn transfers(&self) -> u64 {

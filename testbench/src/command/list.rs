@@ -15,7 +15,7 @@ pub(super) struct ListArgs {
 
 /// Prints the architectures and the scenes.
 pub(super) fn list(args: &ListArgs) -> anyhow::Result<bool> {
-    say(&if args.json { format!("{:#}\n", as_json()) } else { as_text() });
+    say(&if args.json { format!("{:#}\n", as_json()) } else { as_text() })?;
     Ok(true)
 }
 

@@ -1,36 +1,48 @@
 //! The command line: what is asked, and the exit status.
 //!
-//! 0: done and exact. 1: the run's result is wrong or lossy. 2: bad input or usage.
+//! 0: done and exact. 1: the run's result is wrong or lossy. 2: bad input or usage. 130: stopped by a
+//! signal; what was not complete has been removed.
 
 mod list;
 mod run;
 mod trace;
 
+use crate::output::{OutputError, abandon};
 use crate::scene::{AlphaRule, Camera, Options};
 use crate::source::{Source, SourceError};
 use clap::{Args, Parser, Subcommand};
-use std::io::Write;
+use pellucid_hw::pixel::MAX_SIDE;
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// The result is wrong or lossy.
 const WRONG: u8 = 1;
 /// Bad input or usage.
 const BAD_INPUT: u8 = 2;
+/// A signal came.
+const STOPPED: i32 = 130;
+
+/// What the help says of the exit status.
+const STATUS: &str = "Exit status: 0 done and exact, 1 the run's result is wrong or lossy, 2 bad input \
+                      or usage, 130 stopped by a signal";
 
 /// Clocked hardware models for order-independent transparency.
 ///
-/// Without a command: runs the default scene through the default architecture.
+/// Without a command: `run`.
 #[derive(Parser)]
-#[command(name = "pellucid", version, arg_required_else_help = false)]
+#[command(name = "pellucid", version, args_conflicts_with_subcommands = true, after_help = STATUS)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    #[command(flatten)]
+    run: run::RunArgs,
 }
 
 #[derive(Subcommand)]
 enum Command {
     /// Sends one frame through one architecture; leaves image, figures and waveform
-    Run(Box<run::RunArgs>),
+    Run(run::RunArgs),
     /// Writes a scene's fragments to a trace file
     Trace(trace::TraceArgs),
     /// Lists architectures with their parameters, and scenes
@@ -45,10 +57,10 @@ struct SceneArgs {
     #[arg(long, default_value = "glass", value_name = "NAME|FILE")]
     scene: String,
     /// Columns of the screen, 1 to 8192 [default: 640]
-    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true)]
     width: Option<u32>,
     /// Rows of the screen, 1 to 8192 [default: 480]
-    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true)]
     height: Option<u32>,
     /// Eye, point looked at and vertical field of view in degrees: EX,EY,EZ:TX,TY,TZ[:FOV]
     /// [default: fits the mesh]
@@ -81,7 +93,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
         }
     };
-    let done = match cli.command.unwrap_or_else(run::default) {
+    // Where no handler can be set, a signal ends the process as it does any other.
+    let _ = ctrlc::set_handler(stop);
+    let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
         Command::Trace(args) => trace::trace(&args),
         Command::List(args) => list::list(&args),
@@ -90,18 +104,45 @@ pub fn main() -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(WRONG),
         Err(error) => {
-            complain(&format!("{error:#}"));
+            complain(&error.to_string());
             ExitCode::from(BAD_INPUT)
         }
     }
 }
 
-/// Prints to standard output. A reader that has gone away is no error: it has seen enough.
-fn say(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+/// A side of the screen in pixels.
+fn side(text: &str) -> Result<u32, String> {
+    let side = text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
+    side.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SIDE}"))
 }
 
-/// Prints one sentence to standard error.
+/// Ends the process on a signal, whatever it is at.
+fn stop() {
+    // A progress bar may stand in the line.
+    let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    tell(&format!(
+        "{line}error: stopped by a signal, the files that were not complete are removed"
+    ));
+    abandon(STOPPED)
+}
+
+/// Prints to standard output. A reader that has gone away is no error: it has seen enough.
+fn say(text: &str) -> Result<(), OutputError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(OutputError::write(Path::new("standard output"), &error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints to standard error what is wrong, as one sentence.
 fn complain(text: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "error: {text}");
+    tell(&format!("error: {text}"));
+}
+
+/// Prints a line to standard error, as far as there is one.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }

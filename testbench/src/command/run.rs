@@ -1,6 +1,6 @@
 //! `pellucid run`: one frame through one architecture.
 
-use super::{Command, SceneArgs, complain, say};
+use super::{SceneArgs, complain, say, tell};
 use crate::arch::{Architecture, Job, Setting};
 use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
@@ -10,8 +10,9 @@ use crate::report::Report;
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::window::{DEFAULT_WINDOWS, Window};
-use anyhow::{Context, anyhow, bail};
-use clap::{Args, Parser};
+use anyhow::{anyhow, bail};
+use clap::Args;
+use comfy_table::Table;
 use pellucid_hw::machine::Census;
 use std::path::{Path, PathBuf};
 
@@ -28,7 +29,8 @@ pub(super) struct RunArgs {
     /// Parameters from a TOML file of lines `name = value`; they go over the preset's
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// A parameter of the architecture; goes over the file's; may be given several times
+    /// A parameter of the architecture; goes over the file's; may be given several times, the last
+    /// value of a parameter counts
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     param: Vec<String>,
     /// The folder for image.png, stats.json, stats.csv and wave.vcd
@@ -36,30 +38,20 @@ pub(super) struct RunArgs {
     out: PathBuf,
     /// Cycles that the waveform shows: FROM..TO counted from the frame's start, `store` or `resolve`
     /// (1000 cycles from there on), `all`; several with commas [default: store,resolve]
-    #[arg(long, value_name = "WINDOW", value_delimiter = ',')]
+    #[arg(long, value_name = "WINDOW", value_delimiter = ',', allow_hyphen_values = true)]
     wave: Vec<Window>,
     /// Write no waveform
     #[arg(long, conflicts_with = "wave")]
     no_wave: bool,
-    /// Dropped fragments are no failure
+    /// Dropped fragments are no failure, only a warning
     #[arg(long)]
     allow_drops: bool,
-    /// Print nothing but errors
+    /// Print nothing but errors and warnings
     #[arg(long, short, conflicts_with = "json")]
     quiet: bool,
     /// Print the figures as JSON instead of a table
     #[arg(long)]
     json: bool,
-}
-
-/// What a bare `pellucid` does.
-pub(super) fn default() -> Command {
-    #[derive(Parser)]
-    struct Alone {
-        #[command(flatten)]
-        run: RunArgs,
-    }
-    Command::Run(Box::new(Alone::parse_from(["pellucid"]).run))
 }
 
 /// Runs; whether the result is exact.
@@ -104,16 +96,17 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     outcome.image.write_png(&args.out.join("image.png"))?;
     report.write(&args.out)?;
 
+    let allowed = args.allow_drops && verdict.is_exact_but_for_drops();
     for fault in verdict.faults() {
-        complain(&fault);
+        tell(&format!("{}: {fault}", if allowed { "warning" } else { "error" }));
     }
     if args.json {
-        say(&format!("{:#}\n", report.json()));
+        say(&format!("{:#}\n", report.json()))?;
     } else if !args.quiet {
-        say(&report.table());
-        say(&summary(args, &verdict));
+        let table = report.table(Table::new().width());
+        say(&format!("{table}\n{}{}", report.headline(), summary(args, &verdict)))?;
     }
-    Ok(verdict.is_exact() || (args.allow_drops && verdict.is_exact_but_for_drops()))
+    Ok(verdict.is_exact() || allowed)
 }
 
 /// Where everything is, and whether it is right.
@@ -121,7 +114,7 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
     let exact = if verdict.is_exact() {
         "The image equals the golden model's, bit for bit, and every count its closed form."
     } else {
-        "The result is not exact: see the errors."
+        "The result is not exact: see what is said on standard error."
     };
     let mut files = vec![
         ("image.png", "the image"),
@@ -131,7 +124,7 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
     if !args.no_wave {
         files.push(("wave.vcd", "the waveform, for GTKWave or Surfer"));
     }
-    let mut text = format!("\n{exact}\n\n");
+    let mut text = format!("{exact}\n\n");
     for (name, what) in files {
         text += &format!("  {:32} {what}\n", args.out.join(name).display());
     }
@@ -164,8 +157,10 @@ fn settings(args: &RunArgs) -> anyhow::Result<Vec<Setting>> {
         None => vec![],
     };
     for text in &args.param {
-        let (name, value) =
-            text.split_once('=').ok_or_else(|| anyhow!("-p {text}: expected NAME=VALUE"))?;
+        let Some((name, value)) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty())
+        else {
+            bail!("-p {text}: expected NAME=VALUE");
+        };
         let (name, value) = (name.trim().to_string(), value.trim().to_string());
         settings.push(Setting { name, value, origin: format!("-p {text}") });
     }
@@ -176,7 +171,10 @@ fn file_settings(path: &Path) -> anyhow::Result<Vec<Setting>> {
     let shown = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|e| anyhow!("cannot read `{shown}`: {}", reason(&e)))?;
-    let table: toml::Table = text.parse().with_context(|| format!("`{shown}` is not TOML"))?;
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        anyhow!("`{shown}`, line {}: {}", before.matches('\n').count() + 1, error.message())
+    })?;
     let mut settings = vec![];
     for (name, value) in table {
         let value = match value {

@@ -41,7 +41,7 @@ pub(super) fn trace(args: &TraceArgs) -> anyhow::Result<bool> {
     writer.finish()?;
     drop(progress);
     if !args.quiet {
-        say(&format!("{fragments} fragments in {}\n", args.out.display()));
+        say(&format!("{fragments} fragments in {}\n", args.out.display()))?;
     }
     Ok(true)
 }

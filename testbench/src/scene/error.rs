@@ -1,5 +1,6 @@
 //! What can be wrong with a scene, each as one sentence.
 
+use crate::output::reason;
 use std::io;
 
 /// Why a scene cannot be opened.
@@ -7,13 +8,13 @@ use std::io;
 pub enum SceneError {
     /// Neither a built-in scene nor a path.
     #[error(
-        "unknown scene `{name}`: did you mean `{nearest}`? A scene is one of {known}, or a mesh file ({EXTENSIONS})"
+        "unknown scene `{name}`{}; known are {known}, or a file: {FILES}", nearest.map(|n| format!(" (did you mean `{n}`?)")).unwrap_or_default()
     )]
     Unknown {
         /// What was asked for.
         name: String,
-        /// The built-in scene whose name is nearest.
-        nearest: &'static str,
+        /// The built-in scene with the name most like it.
+        nearest: Option<&'static str>,
         /// All built-in scenes, separated by commas.
         known: String,
     },
@@ -24,19 +25,25 @@ pub enum SceneError {
         path: String,
     },
     /// The path leads to a directory.
-    #[error("{path}: is a directory, expected a mesh file ({EXTENSIONS})")]
+    #[error("{path}: is a directory, expected a file: {FILES}")]
     Directory {
         /// The path as given.
         path: String,
     },
+    /// The path leads to a device or a pipe.
+    #[error("{path}: is no regular file, expected {FILES}")]
+    Device {
+        /// The path as given.
+        path: String,
+    },
     /// No loader for such a file.
-    #[error("{path}: unknown kind of file, expected a mesh ({EXTENSIONS})")]
+    #[error("{path}: unknown kind of file, expected {FILES}")]
     Extension {
         /// The path as given.
         path: String,
     },
     /// The system refuses to hand the file over, or its compressed data is damaged.
-    #[error("{path}: cannot be read: {source}")]
+    #[error("{path}: cannot be read: {}", reason(source))]
     Unreadable {
         /// The path of the file that failed, which may be one that the mesh refers to.
         path: String,
@@ -99,8 +106,8 @@ pub enum SceneError {
     },
 }
 
-/// The mesh formats that are read, as a message lists them.
-const EXTENSIONS: &str = ".obj, .ply, .ply.gz, .gltf or .glb";
+/// The files that a frame can come from, as a message lists them.
+const FILES: &str = "a mesh (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)";
 
 /// The entry of `known` that is spelled most like `name`; `None` if there is nothing to choose from.
 pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

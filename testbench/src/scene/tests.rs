@@ -92,9 +92,9 @@ fn bad_options_are_refused_with_a_sentence() {
         (
             "glas",
             none.clone(),
-            "unknown scene `glas`: did you mean `glass`? A scene is one of glass, teapot, smoke, paper-0, paper-120, \
-             paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a mesh file \
-             (.obj, .ply, .ply.gz, .gltf or .glb)",
+            "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, paper-0, paper-120, \
+             paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a file: a mesh \
+             (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
         ),
         ("no/such.ply", none, "no/such.ply: no such file"),
         ("glass", sized(0, 480), "width 0 is out of range: expected 1..=8192"),

@@ -9,8 +9,8 @@ mod ply;
 
 use super::SceneError;
 use super::built_in;
-use super::error::nearest;
 use super::geometry::Part;
+use pellucid_hw::params::nearest;
 use std::fs;
 use std::io::{self, Read};
 
@@ -27,18 +27,21 @@ const LOADERS: [(&str, Loader); 5] = [
 
 /// Loads the mesh file at a path.
 pub(super) fn load(path: &str) -> Result<Vec<Part>, SceneError> {
-    match fs::metadata(path) {
+    let found = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(not_there(path)),
         Err(source) => {
             return Err(SceneError::Unreadable { path: path.into(), source });
         }
         Ok(data) if data.is_dir() => return Err(SceneError::Directory { path: path.into() }),
-        Ok(_) => {}
-    }
+        Ok(found) => found,
+    };
     let name = path.to_ascii_lowercase();
     let Some((_, loader)) = LOADERS.iter().find(|(extension, _)| name.ends_with(extension)) else {
         return Err(SceneError::Extension { path: path.into() });
     };
+    if !found.is_file() {
+        return Err(SceneError::Device { path: path.into() });
+    }
     let bytes =
         fs::read(path).map_err(|source| SceneError::Unreadable { path: path.into(), source })?;
     let parts = loader(path, bytes)?;
@@ -54,10 +57,9 @@ fn not_there(name: &str) -> SceneError {
         return SceneError::Missing { path: name.into() };
     }
     let known = || built_in().iter().map(|scene| scene.name);
-    let nearest = nearest(name, known()).expect("there are built-in scenes");
     SceneError::Unknown {
         name: name.into(),
-        nearest,
+        nearest: nearest(name, known()),
         known: known().collect::<Vec<_>>().join(", "),
     }
 }

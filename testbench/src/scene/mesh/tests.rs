@@ -52,14 +52,14 @@ fn what_is_no_mesh_file_is_refused() {
     assert_eq!(
         error(&path("d.obj")),
         format!(
-            "{}: is a directory, expected a mesh file (.obj, .ply, .ply.gz, .gltf or .glb)",
+            "{}: is a directory, expected a file: a mesh (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
             path("d.obj")
         )
     );
     assert_eq!(
         error(&path("a.stl")),
         format!(
-            "{}: unknown kind of file, expected a mesh (.obj, .ply, .ply.gz, .gltf or .glb)",
+            "{}: unknown kind of file, expected a mesh (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
             path("a.stl")
         )
     );
