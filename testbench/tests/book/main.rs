@@ -1,0 +1,175 @@
+//! The book tells the truth: what its pages say of the code is what the code says.
+//!
+//! Parts of the pages are made from the code: see [`page`]. If one of them is out of date, its test
+//! fails and says how to bring it up to date.
+
+mod page;
+mod timing;
+
+use page::{documented, holds, link_targets, root, text_of};
+use pellucid_hw::allocator::FreeList;
+use pellucid_hw::params::Parameters;
+use pellucid_hw::pixel::Screen;
+use pellucid_hw::tbuffer::State;
+use pellucid_hw::tbuffer::config::{Append, Config, PRESETS, Params, Scan};
+use pellucid_sim::{Declare, Kind, Signals};
+use serde_json::{Map, Value};
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn what_pages_quote_from_the_sources_is_there() {
+    let example = documented("sim/src/lib.rs", "```\n");
+    holds("clock.md", "example", &format!("```rust\n{example}\n```\n"));
+    let diagram = documented("hw/src/tbuffer/mod.rs", "```text\n");
+    holds("tbuffer.md", "diagram", &format!("```text\n{diagram}\n```\n"));
+}
+
+#[test]
+fn the_table_of_parameters_is_that_of_the_code() {
+    let mut table =
+        String::from("| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n");
+    for p in Params::list() {
+        let (name, default, unit, range, about) = (p.name, p.default, p.unit, p.range, p.about);
+        table += &format!("| `{name}` | `{default}` | {unit} | {range} | {about} |\n");
+    }
+    holds("tbuffer.md", "parameters", &table);
+}
+
+#[test]
+fn the_table_of_presets_is_that_of_the_code() {
+    let mut table =
+        String::from("| preset | what it is | differs from the default in |\n|---|---|---|\n");
+    for preset in PRESETS {
+        let differs: Vec<String> = Params::default()
+            .values()
+            .into_iter()
+            .zip((preset.params)().values())
+            .filter(|(default, own)| default != own)
+            .map(|(_, (name, value))| format!("`{name}={value}`"))
+            .collect();
+        let differs = if differs.is_empty() { "nothing".into() } else { differs.join(", ") };
+        table += &format!("| `{}` | {} | {differs} |\n", preset.name, preset.about);
+    }
+    holds("tbuffer.md", "presets", &table);
+}
+
+/// Collects the state machines of a bundle of registers.
+#[derive(Default)]
+struct StateMachines {
+    path: Vec<String>,
+    found: Vec<(String, &'static [&'static str])>,
+}
+
+impl Declare for StateMachines {
+    fn open(&mut self, name: &str) {
+        self.path.push(name.to_string());
+    }
+    fn close(&mut self) {
+        self.path.pop();
+    }
+    fn signal(&mut self, name: &str, _: u32, kind: Kind) {
+        if let Kind::State(states) = kind {
+            self.found.push((format!("{}.{name}", self.path.join(".")), states.variants));
+        }
+    }
+}
+
+#[test]
+fn the_numbers_of_states_are_those_of_the_code() {
+    let screen = Screen { width: 1, height: 1, background: 0 };
+    let cfg = Config::new(screen, Params::default()).unwrap();
+    let mut machines = StateMachines::default();
+    State::<FreeList>::declare(&cfg, "registers", &mut machines);
+    let mut table = String::from("| state machine | states |\n|---|---|\n");
+    for (path, states) in machines.found {
+        let states: Vec<String> =
+            states.iter().enumerate().map(|(number, name)| format!("{number} `{name}`")).collect();
+        table += &format!("| `{path}` | {} |\n", states.join(", "));
+    }
+    holds("waveforms.md", "states", &table);
+}
+
+#[test]
+fn the_timing_diagrams_are_those_of_the_model() {
+    let tail = timing::run(Append::Tail, Scan::Bitmap);
+    holds("timing.md", "store-tail", &tail.store());
+    holds("timing.md", "resolve-tail", &tail.resolve());
+    holds("timing.md", "image", &tail.image());
+    let walk = timing::run(Append::Walk, Scan::Linear);
+    holds("timing.md", "store-walk", &walk.store());
+    holds("timing.md", "resolve-walk", &walk.resolve());
+}
+
+#[test]
+fn every_figure_of_a_run_is_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+        .args(["run", "--scene", "glass", "--width", "64", "--height", "48", "--no-wave", "--json"])
+        .arg("--out")
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let about = report["about"].as_object().unwrap();
+    let mut groups: Vec<&str> = about.keys().map(|name| group_of(name)).collect();
+    groups.dedup();
+    let mut text = String::new();
+    for group in groups {
+        text += &figures_of(group, about);
+    }
+    holds("figures.md", "figures", &text);
+}
+
+/// `cycles` of `cycles.store`.
+fn group_of(name: &str) -> &str {
+    name.split_once('.').map_or(name, |(group, _)| group)
+}
+
+fn figures_of(group: &str, about: &Map<String, Value>) -> String {
+    let mut text = format!("### `{group}`\n\n| figure | unit | meaning |\n|---|---|---|\n");
+    for (name, what) in about.iter().filter(|(name, _)| group_of(name) == group) {
+        let field = |field: &str| what[field].as_str().unwrap();
+        text += &format!("| `{name}` | {} | {} |\n", field("unit"), field("about"));
+    }
+    text + "\n"
+}
+
+#[test]
+fn the_catalogue_lists_every_block_and_nothing_else() {
+    let page = text_of(&root().join("docs/src/blocks.md"));
+    let mut files = vec![];
+    for folder in ["sim/src", "hw/src"] {
+        page::source_files(Path::new(folder), &mut files);
+    }
+    let is_block = |file: &str| !["lib", "tests", "test_util"].contains(&page::stem(file));
+    files.retain(|file| is_block(file));
+    for file in &files {
+        assert!(page.contains(&format!("`{file}`")), "docs/src/blocks.md does not list `{file}`");
+    }
+    let quoted = page.split('`').skip(1).step_by(2).filter(|text| text.ends_with(".rs"));
+    for file in quoted {
+        assert!(root().join(file).is_file(), "docs/src/blocks.md lists `{file}`: no such file");
+    }
+}
+
+#[test]
+fn links_lead_somewhere_and_the_contents_name_every_page() {
+    let source = root().join("docs/src");
+    let mut pages = vec![root().join("README.md"), root().join("CHANGELOG.md")];
+    pages.extend(std::fs::read_dir(&source).unwrap().map(|entry| entry.unwrap().path()));
+    pages.retain(|path| path.extension().is_some_and(|e| e == "md"));
+    for page in &pages {
+        for target in link_targets(&text_of(page)) {
+            let file = page.parent().unwrap().join(&target);
+            assert!(file.exists(), "{}: the link to `{target}` leads nowhere", page.display());
+        }
+    }
+    let contents = link_targets(&text_of(&source.join("SUMMARY.md")));
+    for page in pages.iter().filter(|page| page.starts_with(&source)) {
+        let name = page.file_name().unwrap().to_str().unwrap();
+        let listed = name == "SUMMARY.md" || contents.iter().any(|target| target == name);
+        assert!(listed, "docs/src/SUMMARY.md does not name {name}");
+    }
+}
