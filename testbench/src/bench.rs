@@ -7,7 +7,7 @@ use crate::window::{Follow, Window};
 use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
-use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_sim::{Deadlock, Fault, FaultKind, Memory, Signals, Sim, Stream, Violation, Watchdog};
 use pellucid_waveforms::Vcd;
 use std::path::{Path, PathBuf};
 
@@ -146,6 +146,12 @@ where
         };
         let cycle = self.sim.clock(Frame { fragment, image_ready })?;
         self.monitor.observe(cycle.cfg, cycle.q, cycle.out)?;
+        if cfg!(debug_assertions)
+            && let Err(overflow) = cycle.out.check(cycle.cfg)
+        {
+            let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
+            return Err(Fault { path, cycle: at, kind }.into());
+        }
         let ports = M::ports(cycle.out);
         if ports.phase != self.phase {
             self.phase = ports.phase;
@@ -154,7 +160,13 @@ where
         if let Some(wave) = &mut self.wave {
             let shown = match self.ready_at {
                 None => Ok(()),
-                Some(zero) => wave.show(at - zero, ports.phase, &cycle),
+                Some(zero) => {
+                    // A frame's first fragment comes in while the machine still is idle.
+                    let first =
+                        ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
+                    let phase = if first { Phase::Store } else { ports.phase };
+                    wave.show(at - zero, phase, &cycle)
+                }
             };
             if let Err(error) = shown {
                 return Err(OutputError::write(&wave.path, &error).into());

@@ -18,7 +18,12 @@ use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo};
 #[derive(Clone, Copy, Debug)]
 pub struct FreeList;
 
-impl Allocator for FreeList {}
+impl Allocator for FreeList {
+    #[inline(always)]
+    fn words_in_use(q: &State) -> u32 {
+        q.queue.count
+    }
+}
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]

@@ -1,8 +1,8 @@
 //! Section allocators: any free section to any pixel.
 //!
 //! All stand behind one port contract, so that an architecture takes whichever its parameter names:
-//! - `grant` is a stream of free section numbers: while `valid` is high, `id` is free and held;
-//!   with `take` it is given away on the coming edge.
+//! - `grant` is a stream of free section numbers: while `valid` is high, the payload is free and
+//!   held; with `take` it is given away on the coming edge.
 //! - `exhausted` is high while no section is free and none is on its way: a taker need not wait.
 //! - `release` gives a section back; it can be granted again from the next cycle on. Releasing what
 //!   was not granted is a bug of the user.
@@ -57,4 +57,6 @@ pub trait Allocator:
     + Copy
     + 'static
 {
+    /// Words of its memory that hold something of use.
+    fn words_in_use(q: &Self::State) -> u32;
 }

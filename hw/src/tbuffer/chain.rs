@@ -14,7 +14,7 @@
 //! way, since their answers must keep their order.
 //!
 //! Fragments behind the pixel's opaque depth are marked invisible. A pixel with more than K fragments
-//! is read until the sorter has had every visible one: `ceil(visible / K)` passes; then its sections
+//! is read until the sorter has had every visible one: `ceil(visible / K)` passes, one at least; then its sections
 //! are released in a walk of their own. Any other pixel's sections are released as they are read.
 
 use super::config::Config;

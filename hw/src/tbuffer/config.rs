@@ -21,7 +21,7 @@ choice! {
     pub enum Scan {
         /// It looks at every pixel (seed 000).
         Linear = "linear",
-        /// An occupancy bitmap skips empty pixels, a word at a time.
+        /// An occupancy bitmap and its summary skip empty pixels, words at a time.
         Bitmap = "bitmap",
     }
 }

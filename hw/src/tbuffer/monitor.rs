@@ -74,6 +74,8 @@ struct Queues {
     arrived: u32,
     release: u32,
     scanout: u32,
+    on_chip: u32,
+    outside: u32,
 }
 
 /// See the module's description.
@@ -152,12 +154,14 @@ impl TBufferMonitor {
             self.frame = Usage::default();
         }
 
-        let (queues, q) = (&mut self.queues, &q.resolve);
+        let (queues, pool, q) = (&mut self.queues, &q.pool, &q.resolve);
         queues.lookup = queues.lookup.max(q.lookup.queue.count);
         queues.chains = queues.chains.max(q.chain.chains.count);
         queues.pending = queues.pending.max(q.chain.pending.count);
         queues.arrived = queues.arrived.max(q.chain.arrived.count);
         queues.release = queues.release.max(q.release.committed + q.release.open);
+        queues.on_chip = queues.on_chip.max(A::words_in_use(&pool.on_chip));
+        queues.outside = queues.outside.max(A::words_in_use(&pool.outside));
         Ok(())
     }
 
@@ -192,6 +196,8 @@ impl TBufferMonitor {
             "resolve.chain.arrived" => self.queues.arrived,
             "resolve.release.queue" => self.queues.release,
             "scanout.queue" => self.queues.scanout,
+            _ if name.starts_with("pool.on_chip") => self.queues.on_chip,
+            _ if name.starts_with("pool.outside") => self.queues.outside,
             _ => 0,
         });
         let peak = self.peak.max(self.frame);
@@ -203,13 +209,8 @@ impl TBufferMonitor {
             "sections.on_chip" => peak.words,
             "sections.outside" => peak.outside_words,
             _ if queue > 0 => queue,
-            // Depth, colour, bitmap and free lists: every word means something at the start.
-            _ if name.starts_with("frame_buffer")
-                || name.starts_with("occupancy")
-                || name.starts_with("pool") =>
-            {
-                words
-            }
+            // Depth, colour and bitmap: every word means something from the start.
+            _ if name.starts_with("frame_buffer") || name.starts_with("occupancy") => words,
             _ => 0,
         }
     }
@@ -286,7 +287,9 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
     #[inline(always)]
     fn observe(&mut self, _: &Config, q: &State<A>, o: &Out) -> Result<(), Violation> {
         self.phases[o.phase as usize] += 1;
-        self.fragment.observe(o.fragment)?;
+        if o.phase != Phase::Clear {
+            self.fragment.observe(o.fragment)?;
+        }
         self.image.observe(o.image)?;
         self.cycles.scanout += u64::from(o.events.scanout);
         self.queues.scanout = self.queues.scanout.max(q.scanout.queue.count);

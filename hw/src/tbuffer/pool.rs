@@ -155,7 +155,11 @@ mod tests {
         busy: bool,
     }
 
-    impl Allocator for Slow {}
+    impl Allocator for Slow {
+        fn words_in_use(_: &SlowState) -> u32 {
+            0
+        }
+    }
 
     impl Block for Slow {
         type Config = allocator::Config;

@@ -113,7 +113,7 @@ impl Block for Scan {
             BitWalk::moore(cfg, &q.pixels, &()).bit
         } else {
             let left = q.fsm == Fsm::Scan && q.next < cfg.scan_end();
-            Stream { valid: left, payload: q.next }
+            Stream { valid: left, payload: if left { q.next } else { 0 } }
         };
         // After the last pixel the count names none: the mark carries 0.
         let item = if end { 0 } else { pixel.payload };
