@@ -105,7 +105,9 @@ impl<T: Copy> Port<T> {
 
 /// The words, their traffic and their faults: what both kinds of memory share.
 struct Words<T> {
+    /// The words up to the highest that was written; those beyond hold what they held at power-up.
     words: Vec<T>,
+    size: u32,
     bits: u32,
     reads: u64,
     writes: u64,
@@ -125,7 +127,8 @@ impl<T: Copy + Default> Words<T> {
         assert!(latency >= 1, "a synchronous memory answers after one cycle at the earliest");
         let known = if cfg!(debug_assertions) { words as usize } else { 0 };
         Words {
-            words: vec![T::default(); words as usize],
+            words: Vec::with_capacity(words as usize),
+            size: words,
             bits,
             reads: 0,
             writes: 0,
@@ -143,6 +146,27 @@ impl<T: Copy + Default> Words<T> {
         self.fault.get_or_insert(kind);
     }
 
+    /// Whether there is a word of that address.
+    fn check(&mut self, addr: u32) -> bool {
+        let inside = addr < self.size;
+        if !inside {
+            self.fail(FaultKind::Address { addr, words: u64::from(self.size) });
+        }
+        inside
+    }
+
+    /// Writes a word beyond those written so far. Memory is taken a page or so at a time: a model's
+    /// memories may be far larger than what a frame uses of them.
+    #[cold]
+    fn grow(&mut self, addr: u32, data: T) {
+        const STEP: u32 = 1024;
+        if self.check(addr) {
+            let len = addr.saturating_add(STEP).min(self.size);
+            self.words.resize(len as usize, T::default());
+            self.words[addr as usize] = data;
+        }
+    }
+
     #[inline(always)]
     fn load(&mut self, addr: u32) -> T {
         self.reads += 1;
@@ -152,7 +176,7 @@ impl<T: Copy + Default> Words<T> {
         match self.words.get(addr as usize) {
             Some(word) => *word,
             None => {
-                self.fail(FaultKind::Address { addr, words: self.words.len() as u64 });
+                self.check(addr);
                 T::default()
             }
         }
@@ -163,7 +187,7 @@ impl<T: Copy + Default> Words<T> {
         self.writes += 1;
         match self.words.get_mut(addr as usize) {
             Some(word) => *word = data,
-            None => self.fail(FaultKind::Address { addr, words: self.words.len() as u64 }),
+            None => self.grow(addr, data),
         }
         if cfg!(debug_assertions) && (addr as usize) < self.written.len() {
             self.written.set(addr as usize, true);
@@ -188,7 +212,7 @@ impl<T: Copy + Default> Words<T> {
 
     fn info(&self) -> StorageInfo {
         StorageInfo {
-            words: self.words.len() as u64,
+            words: u64::from(self.size),
             bits_per_word: self.bits,
             reads: self.reads,
             writes: self.writes,
