@@ -1,0 +1,107 @@
+use super::*;
+
+/// One cycle of a two-port memory: a read and a write, each if given.
+fn step(ram: &mut Ram1R1W<u32>, read: Option<u32>, write: Option<(u32, u32)>) -> bool {
+    if let Some(addr) = read {
+        ram.read(addr);
+    }
+    if let Some((addr, data)) = write {
+        ram.write(addr, data);
+    }
+    ram.clock()
+}
+
+#[test]
+fn data_arrives_after_exactly_the_latency() {
+    for latency in 1..=5 {
+        let mut ram = Ram1R1W::<u32>::new(8, 32, latency, ReadDuringWrite::Old);
+        step(&mut ram, None, Some((3, 77)));
+        step(&mut ram, Some(3), None);
+        for cycle in 1..=8 {
+            assert_eq!(ram.q().valid, cycle == latency, "latency {latency}, cycle {cycle}");
+            if cycle == latency {
+                assert_eq!(ram.q().data, 77);
+            }
+            step(&mut ram, None, None);
+        }
+    }
+}
+
+#[test]
+fn reads_are_pipelined() {
+    let mut ram = Ram1RW::<u32>::new(8, 32, 3);
+    for addr in 0..8 {
+        ram.write(addr, addr * 10);
+        ram.clock();
+    }
+    let mut seen = vec![];
+    for cycle in 0..12 {
+        if cycle < 8 {
+            ram.read(cycle);
+        }
+        ram.clock();
+        if ram.q().valid {
+            seen.push((cycle, ram.q().data));
+        }
+    }
+    let expected: Vec<(u32, u32)> = (0..8).map(|k| (k + 2, k * 10)).collect();
+    assert_eq!(seen, expected);
+    assert_eq!((ram.info().reads, ram.info().writes), (8, 8));
+}
+
+#[test]
+fn read_during_write_is_as_declared() {
+    for (policy, expected) in [(ReadDuringWrite::Old, 1), (ReadDuringWrite::New, 2)] {
+        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, policy);
+        step(&mut ram, None, Some((0, 1)));
+        assert!(!step(&mut ram, Some(0), Some((0, 2))));
+        assert_eq!(ram.q().data, expected, "{policy:?}");
+        step(&mut ram, Some(0), None);
+        assert_eq!(ram.q().data, 2);
+    }
+    let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::Forbidden);
+    step(&mut ram, None, Some((0, 1)));
+    assert!(step(&mut ram, Some(0), Some((0, 2))));
+    assert_eq!(ram.take_fault(), Some(FaultKind::ReadDuringWrite(0)));
+}
+
+#[test]
+fn data_stays_while_the_reader_stalls() {
+    let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+    step(&mut ram, None, Some((1, 5)));
+    step(&mut ram, Some(1), None);
+    step(&mut ram, None, Some((1, 6)));
+    assert_eq!(ram.q(), Read { valid: false, data: 5 });
+}
+
+#[test]
+fn misuse_is_reported() {
+    let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+    ram.write(1, 0);
+    ram.read(1);
+    assert!(step(&mut ram, Some(1), None));
+    assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("read")));
+    let mut user = WritePort::default();
+    user.write(2, 0);
+    ram.pass_write(user);
+    assert!(step(&mut ram, None, Some((1, 0))));
+    assert_eq!(ram.take_fault(), Some(FaultKind::PortUsedTwice("write")));
+    assert!(step(&mut ram, None, Some((4, 0))));
+    assert_eq!(ram.take_fault(), Some(FaultKind::Address { addr: 4, words: 4 }));
+    assert!(!step(&mut ram, None, None));
+    let mut single = Ram1RW::<u32>::new(4, 32, 1);
+    single.write(0, 0);
+    let mut user = Port::default();
+    user.read(0);
+    single.pass(user);
+    assert!(single.clock());
+    assert_eq!(single.take_fault(), Some(FaultKind::PortUsedTwice("only")));
+}
+
+#[test]
+#[cfg(debug_assertions)]
+fn reading_an_unwritten_word_is_reported() {
+    let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
+    assert!(step(&mut ram, Some(2), None));
+    assert_eq!(ram.take_fault(), Some(FaultKind::Unwritten(2)));
+}
