@@ -114,9 +114,10 @@ where
         Fault { path, cycle: self.cycle, kind }
     }
 
-    /// Reset: the registers go back, the memories keep what they hold.
+    /// Reset: the registers go back; the memories keep what they hold and forget what is under way.
     pub fn reset(&mut self) {
         self.d = B::reset(&self.cfg);
+        self.mem.reset();
     }
 
     /// The configuration.

@@ -11,6 +11,8 @@ pub trait Memory {
     /// The clock edge. True if a port was misused: the fault stays with the memory until
     /// [`Storage::take_fault`].
     fn clock(&mut self) -> bool;
+    /// Reset: the words stay, what is asked for or under way is forgotten.
+    fn reset(&mut self);
     /// Calls `to` for each memory with its path below `path`.
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage));
 }
@@ -20,6 +22,7 @@ impl Memory for () {
     fn clock(&mut self) -> bool {
         false
     }
+    fn reset(&mut self) {}
     fn visit(&mut self, _: &str, _: &mut dyn FnMut(&str, &mut dyn Storage)) {}
 }
 

@@ -194,6 +194,13 @@ impl<T: Copy + Default> Words<T> {
         }
     }
 
+    /// Nothing is under way any more.
+    fn reset(&mut self) {
+        self.q.valid = false;
+        self.line.fill(Read::default());
+        self.busy = !self.line.is_empty();
+    }
+
     /// The read data moves on by one cycle.
     #[inline(always)]
     fn advance(&mut self, new: Read<T>) {
@@ -300,6 +307,11 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
         core.fault.is_some()
     }
 
+    fn reset(&mut self) {
+        self.core.reset();
+        (self.read, self.write) = (ReadPort::default(), WritePort::default());
+    }
+
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
         to(path, self);
     }
@@ -364,6 +376,11 @@ impl<T: Copy + Default> Memory for Ram1RW<T> {
         core.advance(Read { valid: read, data });
         (port.en, port.twice, port.write) = (false, false, false);
         core.fault.is_some()
+    }
+
+    fn reset(&mut self) {
+        self.core.reset();
+        self.port = Port::default();
     }
 
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {

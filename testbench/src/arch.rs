@@ -200,7 +200,10 @@ where
                 progress.step();
                 bench.send(Marked::item(fragment))
             })
-            .and_then(|()| bench.end_frame());
+            .and_then(|()| {
+                progress.turn_to("resolving");
+                bench.end_frame_watched(|| progress.step())
+            });
         // The waveform is wanted most of all when the model went wrong; a frame that could not be
         // read leaves none.
         if !matches!(played, Err(BenchError::Source(_) | BenchError::Output(_))) {

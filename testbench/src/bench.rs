@@ -196,12 +196,30 @@ where
     /// # Errors
     /// See [`BenchError`].
     pub fn end_frame(&mut self) -> Result<(), BenchError> {
+        self.end_frame_watched(|| {})
+    }
+
+    /// [`Bench::end_frame`] that calls `each` after every cycle.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn end_frame_watched(&mut self, mut each: impl FnMut()) -> Result<(), BenchError> {
         let images = self.images.len();
         self.send(Marked::end())?;
         while self.images.len() == images {
             self.step(Stream::idle())?;
+            each();
         }
         Ok(())
+    }
+
+    /// Reset in mid-flight: whatever frame is under way is lost, and the machine clears its memories
+    /// before it is ready again. Counts begin anew.
+    pub fn reset(&mut self) {
+        self.sim.reset();
+        self.monitor = M::Monitor::new(self.sim.config());
+        self.pixels.clear();
+        self.phase = Phase::Clear;
     }
 
     /// The images that have been shown, in order; they are taken out.

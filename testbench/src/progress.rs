@@ -24,6 +24,14 @@ impl Progress {
         Progress { what, total, done: 0, start: Instant::now(), quiet, bar: None }
     }
 
+    /// Other work follows, of which it is not known how long it takes.
+    pub fn turn_to(&mut self, what: &'static str) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+        (self.what, self.total, self.done) = (what, None, 0);
+    }
+
     /// One step is done.
     #[inline]
     pub fn step(&mut self) {

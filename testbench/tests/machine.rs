@@ -269,6 +269,26 @@ proptest! {
         prop_assert!(verdict.is_exact(), "{:?}", verdict.faults());
     }
 
+    /// In the middle of storing, resolving or showing: nothing of that frame is left.
+    #[test]
+    fn a_reset_at_any_time_leaves_a_clean_machine((setup, frame) in one_frame(), cut in 0u64..1500) {
+        let mut bench = Bench::<Buffer>::new(setup.config());
+        let mut items = frame.iter().map(|f| Marked::item(*f)).chain([Marked::end()]).peekable();
+        for _ in 0..cut {
+            let offer = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
+            if tried(bench.step(offer))? && offer.valid {
+                items.next();
+            }
+        }
+        bench.reset();
+        bench.take_images();
+        for fragment in &frame {
+            tried(bench.send(Marked::item(*fragment)))?;
+        }
+        tried(bench.end_frame())?;
+        prop_assert_eq!(&bench.take_images()[..], &[golden(setup.screen, &frame).image]);
+    }
+
     #[test]
     fn the_order_between_pixels_does_not_matter((setup, frame) in one_frame(), seed: u64) {
         let mut permuted = frame.clone();

@@ -23,6 +23,9 @@ pub fn derive(input: &DeriveInput) -> Result<TokenStream> {
                 #(fault |= ::pellucid_sim::Memory::clock(&mut self.#ids);)*
                 fault
             }
+            fn reset(&mut self) {
+                #(::pellucid_sim::Memory::reset(&mut self.#ids);)*
+            }
             fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn ::pellucid_sim::Storage)) {
                 #(::pellucid_sim::Memory::visit(&mut self.#ids, &::pellucid_sim::join(path, #names), to);)*
             }

@@ -105,3 +105,20 @@ fn reading_an_unwritten_word_is_reported() {
     assert!(step(&mut ram, Some(2), None));
     assert_eq!(ram.take_fault(), Some(FaultKind::Unwritten(2)));
 }
+
+#[test]
+fn reset_forgets_what_is_under_way_and_keeps_the_words() {
+    let mut ram = Ram1R1W::<u32>::new(4, 32, 3, ReadDuringWrite::New);
+    step(&mut ram, None, Some((1, 5)));
+    step(&mut ram, Some(1), None);
+    ram.read(1);
+    ram.reset();
+    for _ in 0..6 {
+        step(&mut ram, None, None);
+        assert!(!ram.q().valid);
+    }
+    step(&mut ram, Some(1), None);
+    step(&mut ram, None, None);
+    step(&mut ram, None, None);
+    assert_eq!(ram.q(), Read { valid: true, data: 5 });
+}
