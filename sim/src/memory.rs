@@ -72,7 +72,8 @@ pub enum FaultKind {
     },
     /// A word was read before it was ever written (checked in debug builds).
     Unwritten(u32),
-    /// Read and write of one word in one cycle, in a memory that does not allow it.
+    /// Read and write of one word in one cycle, in a memory that does not allow it (checked in debug
+    /// builds).
     ReadDuringWrite(u32),
     /// A register holds more than its bits can (checked in debug builds).
     Overflow(crate::Overflow),

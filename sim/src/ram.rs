@@ -25,7 +25,7 @@ pub enum ReadDuringWrite {
     Old,
     /// The word as it is written.
     New,
-    /// The design promises that it does not happen; it is reported as a fault.
+    /// The design promises that it does not happen; in debug builds it is reported as a fault.
     Forbidden,
 }
 
@@ -284,22 +284,24 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
         if !core.busy {
             return false;
         }
-        if read.twice {
-            core.fail(FaultKind::PortUsedTwice("read"));
+        if read.twice || write.twice {
+            core.fail(FaultKind::PortUsedTwice(if read.twice { "read" } else { "write" }));
         }
-        if write.twice {
-            core.fail(FaultKind::PortUsedTwice("write"));
-        }
-        let meet = read.en && write.en && read.addr == write.addr;
-        if meet && *policy == ReadDuringWrite::Forbidden {
+        if cfg!(debug_assertions)
+            && *policy == ReadDuringWrite::Forbidden
+            && read.en
+            && write.en
+            && read.addr == write.addr
+        {
             core.fail(FaultKind::ReadDuringWrite(read.addr));
         }
-        let new = meet && *policy == ReadDuringWrite::New;
-        if write.en && new {
+        // Whether a read sees the write of its cycle is the order of the two.
+        let write_first = *policy != ReadDuringWrite::Old;
+        if write_first && write.en {
             core.store(write.addr, write.data);
         }
         let data = if read.en { core.load(read.addr) } else { core.q.data };
-        if write.en && !new {
+        if !write_first && write.en {
             core.store(write.addr, write.data);
         }
         core.advance(Read { valid: read.en, data });

@@ -282,8 +282,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         }
 
         // Resolve, clocked from the end of the store on.
-        let mut resolve = resolve::Out::default();
-        if store.frame_stored || q.phase == Phase::Resolve {
+        let resolve = if store.frame_stored || q.phase == Phase::Resolve {
             let to_resolve = resolve::In {
                 start: store.frame_stored,
                 ssa,
@@ -293,9 +292,10 @@ impl<A: Allocator> Block for TBuffer<A> {
                 depth: buffer.depth,
                 colour: buffer.colour,
             };
-            resolve = Resolve::next(cfg, &q.resolve, &mut d.resolve, &mut m.resolve, to_resolve);
-        }
-
+            Resolve::next(cfg, &q.resolve, &mut d.resolve, &mut m.resolve, to_resolve)
+        } else {
+            resolve::Out::default()
+        };
         // The frame's course.
         let resolved = q.resolved || resolve.done;
         let frame_done = resolved && !scanout.busy;

@@ -59,6 +59,11 @@ fn read_during_write_is_as_declared() {
         step(&mut ram, Some(0), None);
         assert_eq!(ram.q().data, 2);
     }
+}
+
+#[test]
+#[cfg(debug_assertions)]
+fn a_forbidden_read_during_write_is_reported() {
     let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::Forbidden);
     step(&mut ram, None, Some((0, 1)));
     assert!(step(&mut ram, Some(0), Some((0, 2))));
