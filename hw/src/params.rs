@@ -66,8 +66,10 @@ pub enum ParamError {
 
 /// ` (did you mean ...?)`, or nothing where no name is near.
 pub fn did_you_mean(nearest: &Option<impl AsRef<str>>) -> String {
-    let phrase = |n: &dyn AsRef<str>| format!(" (did you mean `{}`?)", n.as_ref());
-    nearest.as_ref().map(|n| phrase(n)).unwrap_or_default()
+    match nearest {
+        Some(name) => format!(" (did you mean `{}`?)", name.as_ref()),
+        None => String::new(),
+    }
 }
 
 /// The name in `known` that is most like `name`, if one is alike at all.
