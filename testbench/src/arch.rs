@@ -31,7 +31,7 @@ pub struct Architecture {
 /// All architectures; the first is the default.
 pub const ARCHITECTURES: &[Architecture] = &[Architecture {
     name: "tbuffer",
-    about: "T-buffer: fragments grouped by pixel in sections that any pixel can have (seed 000)",
+    about: "T-buffer: fragments grouped by pixel in sections that any pixel can have",
     presets: || tbuffer::PRESETS.iter().map(|p| (p.name, p.about)).collect(),
     parameters: tbuffer::Params::list,
     build: build_tbuffer,

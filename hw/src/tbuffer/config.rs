@@ -80,7 +80,7 @@ pub const PRESETS: &[Preset] = &[
     },
     Preset {
         name: "paper",
-        about: "append=walk, scan=linear: as seed 000 describes it.",
+        about: "append=walk, scan=linear: as the T-buffer paper (seed 000) describes it.",
         params: || Params { append: Append::Walk, scan: Scan::Linear, ..Params::default() },
     },
 ];
