@@ -162,7 +162,7 @@ mod tests {
             assert!(cycle < 10_000, "the end of the frame does not come");
             let sorted = source.offer(cycle);
             source.edge(true);
-            let out = *sim.clock(In { sorted, colour: colours.q() }).unwrap().out;
+            let out = sim.clock(In { sorted, colour: colours.q() }).unwrap().out;
             colours.pass_read(out.colour_read);
             colours.pass_write(out.colour_write);
             edge(&mut colours);

@@ -218,7 +218,7 @@ mod tests {
                 |out| out.passed,
             ));
             source.edge(sim.moore().ready);
-            let out = *sim.clock(i).unwrap().out;
+            let out = sim.clock(i).unwrap().out;
             depth.pass_read(out.depth_read);
             depth.pass_write(out.depth_write);
             edge(&mut depth);

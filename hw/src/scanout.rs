@@ -192,7 +192,7 @@ mod tests {
                     colour: self.bank.q(),
                     image_ready: image.ready,
                 };
-                let out = *self.sim.clock(i).unwrap().out;
+                let out = self.sim.clock(i).unwrap().out;
                 self.bank.pass_read(out.read);
                 if out.wipe.valid {
                     // The bank shows the pixel that was asked for in the cycle before.
@@ -240,7 +240,7 @@ mod tests {
         let mut sim = Sim::<Scanout>::new(screen(2, 2));
         for _ in 0..10 {
             let i = In { start: false, colour: Read::default(), image_ready: true };
-            let out = *sim.clock(i).unwrap().out;
+            let out = sim.clock(i).unwrap().out;
             assert_eq!((out.read, out.wipe.valid), (ReadPort::default(), false));
             assert!(!sim.moore().busy && !sim.moore().image.valid);
         }

@@ -53,7 +53,6 @@ pub struct Sim<B: Block> {
     /// The registers now.
     d: B::State,
     mem: B::Mem,
-    out: Option<B::Out>,
     cycle: u64,
 }
 
@@ -64,7 +63,7 @@ pub struct Cycle<'a, B: Block> {
     /// The registers during the cycle.
     pub q: &'a B::State,
     /// The outputs during the cycle.
-    pub out: &'a B::Out,
+    pub out: B::Out,
 }
 
 impl<B: Block> Sim<B>
@@ -74,7 +73,7 @@ where
     /// The block at power-up, in reset.
     pub fn new(cfg: B::Config) -> Sim<B> {
         let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
-        Sim { cfg, q, d: q, mem, out: None, cycle: 0 }
+        Sim { cfg, q, d: q, mem, cycle: 0 }
     }
 
     /// One clock cycle with the inputs `i`; shows that cycle.
@@ -85,7 +84,7 @@ where
     #[inline(always)]
     pub fn clock(&mut self, i: B::In) -> Result<Cycle<'_, B>, Fault> {
         self.q = self.d;
-        self.out = Some(B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i));
+        let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
         if self.mem.clock() {
             return Err(self.fault());
         }
@@ -96,10 +95,7 @@ where
             return Err(Fault { path, cycle: self.cycle, kind });
         }
         self.cycle += 1;
-        match &self.out {
-            Some(out) => Ok(Cycle { cfg: &self.cfg, q: &self.q, out }),
-            None => unreachable!("it was set above"),
-        }
+        Ok(Cycle { cfg: &self.cfg, q: &self.q, out })
     }
 
     #[cold]

@@ -44,7 +44,9 @@ struct Wave {
 }
 
 impl Wave {
-    fn show<M: Machine>(&mut self, time: u64, phase: Phase, cycle: &Cycle<M>) -> std::io::Result<()>
+    /// The cycle comes by value: where nothing is recorded, it need not be in memory at all.
+    #[inline(never)]
+    fn show<M: Machine>(&mut self, time: u64, phase: Phase, cycle: Cycle<M>) -> std::io::Result<()>
     where
         M::State: Signals<Config = M::Config>,
         M::Out: Signals<Config = M::Config>,
@@ -145,14 +147,14 @@ where
             Some(ready) => ready(at),
         };
         let cycle = self.sim.clock(Frame { fragment, image_ready })?;
-        self.monitor.observe(cycle.cfg, cycle.q, cycle.out)?;
+        self.monitor.observe(cycle.cfg, cycle.q, &cycle.out)?;
         if cfg!(debug_assertions)
             && let Err(overflow) = cycle.out.check(cycle.cfg)
         {
             let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
             return Err(Fault { path, cycle: at, kind }.into());
         }
-        let ports = M::ports(cycle.out);
+        let ports = M::ports(&cycle.out);
         if ports.phase != self.phase {
             self.phase = ports.phase;
             self.ready_at.get_or_insert(at);
@@ -165,7 +167,7 @@ where
                     let first =
                         ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
                     let phase = if first { Phase::Store } else { ports.phase };
-                    wave.show(at - zero, phase, &cycle)
+                    wave.show(at - zero, phase, cycle)
                 }
             };
             if let Err(error) = shown {

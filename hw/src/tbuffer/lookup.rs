@@ -195,7 +195,7 @@ mod tests {
                 |out| out.chain,
             ));
             source.edge(sim.moore().ready);
-            let out = *sim.clock(i).unwrap().out;
+            let out = sim.clock(i).unwrap().out;
             ssa.pass_read(out.ssa_read);
             ssa.pass_write(out.ssa_write);
             edge(&mut ssa);

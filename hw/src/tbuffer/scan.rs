@@ -221,7 +221,7 @@ mod tests {
                 let occupancy::Moore { summary, word } = self.occupancy.moore();
                 let i = In { start: cycle == 0, summary, word, pixel_ready: pixel.ready };
                 let Out { summary_read, summary_clear, word_read, word_clear } =
-                    *self.sim.clock(i).unwrap().out;
+                    self.sim.clock(i).unwrap().out;
                 let ports = occupancy::In {
                     summary_read,
                     summary_clear,

@@ -178,7 +178,7 @@ impl Bench {
                 release_ready,
             };
             source.edge(moore.ready);
-            let out = *self.sim.clock(i).unwrap().out;
+            let out = self.sim.clock(i).unwrap().out;
             self.nsa.pass(out.nsa);
             edge(&mut self.nsa);
 

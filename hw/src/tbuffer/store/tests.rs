@@ -83,7 +83,7 @@ impl Bench {
                 exhausted: self.free.is_empty(),
             };
             source.edge(self.sim.moore().ready);
-            let out = *self.sim.clock(i).unwrap().out;
+            let out = self.sim.clock(i).unwrap().out;
             self.ssa.pass_read(out.ssa_read);
             self.ssa.pass_write(out.ssa_write);
             edge(&mut self.ssa);
