@@ -254,8 +254,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
         let fragment_ready = open && depth_test_ready;
         let storing = q.phase == Phase::Store || (open && i.fragment.valid);
-        let (mut test, mut store) = (depth_test::Out::default(), store::Out::default());
-        if storing {
+        let (test, store) = if storing {
             let to_depth_test = depth_test::In {
                 fragment: Stream {
                     valid: i.fragment.valid && !q.ended,
@@ -264,7 +263,7 @@ impl<A: Allocator> Block for TBuffer<A> {
                 depth: buffer.depth,
                 passed_ready: store_ready,
             };
-            test = DepthTest::next(
+            let test = DepthTest::next(
                 screen,
                 &q.depth_test,
                 &mut d.depth_test,
@@ -278,8 +277,10 @@ impl<A: Allocator> Block for TBuffer<A> {
                 grant: pool.grant,
                 exhausted: pool.exhausted,
             };
-            store = Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store);
-        }
+            (test, Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store))
+        } else {
+            (depth_test::Out::default(), store::Out::default())
+        };
 
         // Resolve, clocked from the end of the store on.
         let resolve = if store.frame_stored || q.phase == Phase::Resolve {
