@@ -11,7 +11,7 @@
 //! depth that its pixel holds, so of two equal opaque ones the first stays. A transparent fragment
 //! that passes here may still be hidden by a later opaque one: whoever reads it back tests again.
 
-use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
+use crate::pixel::{Fragment, Marked, PixelFragment, Screen, is_opaque};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo};
 
@@ -110,7 +110,7 @@ impl Block for DepthTest {
         let end = q.stage.valid && q.stage.payload.end;
         let f = q.stage.payload.item;
         let fragment = q.stage.valid && !end;
-        let opaque = f.rgba & 0xff == 0xff;
+        let opaque = is_opaque(f.rgba);
         let nearer = f.z < i.depth.data;
         let pass = end || (fragment && !opaque && nearer);
         let stall = pass && !i.passed_ready;

@@ -103,8 +103,14 @@ impl<T: Signals> Marked<T> {
 impl Fragment {
     /// Whether the fragment hides what lies behind it (alpha 255).
     pub fn is_opaque(self) -> bool {
-        self.rgba & 0xff == 0xff
+        is_opaque(self.rgba)
     }
+}
+
+/// Whether a colour `0xRRGGBBAA` hides what lies behind it (alpha 255).
+#[inline(always)]
+pub fn is_opaque(rgba: u32) -> bool {
+    rgba & 0xff == 0xff
 }
 
 /// Packs four channels, each 0..=255, as `0xRRGGBBAA`.

@@ -1,6 +1,6 @@
 //! The contract of a block, and the driver that clocks one.
 
-use crate::memory::{Fault, FaultKind, Memory};
+use crate::memory::{Fault, Memory};
 use crate::signals::Signals;
 
 /// A piece of clocked hardware.
@@ -91,8 +91,7 @@ where
         if cfg!(debug_assertions)
             && let Err(overflow) = self.d.check(&self.cfg)
         {
-            let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
-            return Err(Fault { path, cycle: self.cycle, kind });
+            return Err(Fault::overflow(self.cycle, overflow));
         }
         self.cycle += 1;
         Ok(Cycle { cfg: &self.cfg, q: &self.q, out })

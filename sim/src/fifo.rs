@@ -58,7 +58,9 @@ pub struct Moore<T> {
     pub front: Stream<T>,
 }
 
-fn after(depth: u32, at: u32) -> u32 {
+/// The place after `at` in a ring of `depth` places.
+#[inline(always)]
+pub fn after(depth: u32, at: u32) -> u32 {
     if at + 1 == depth { 0 } else { at + 1 }
 }
 

@@ -79,6 +79,13 @@ pub enum FaultKind {
     Overflow(crate::Overflow),
 }
 
+impl Fault {
+    /// A register or wire that held too much in `cycle`.
+    pub fn overflow(cycle: u64, overflow: crate::Overflow) -> Fault {
+        Fault { path: overflow.path.clone(), cycle, kind: FaultKind::Overflow(overflow) }
+    }
+}
+
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "cycle {}: {}: ", self.cycle, self.path)?;

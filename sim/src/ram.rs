@@ -350,13 +350,15 @@ impl<T: Copy + Default> Ram1RW<T> {
     /// Asks for what another block asks, if anything.
     #[inline(always)]
     pub fn pass(&mut self, user: Port<T>) {
-        if user.en && user.write {
-            self.write(user.addr, user.data);
-            self.port.twice |= user.twice;
-        } else if user.en {
-            self.read(user.addr);
-            self.port.twice |= user.twice;
+        if !user.en {
+            return;
         }
+        if user.write {
+            self.write(user.addr, user.data);
+        } else {
+            self.read(user.addr);
+        }
+        self.port.twice |= user.twice;
     }
 }
 

@@ -157,8 +157,6 @@ pub struct Outcome {
     pub image: Image,
     /// What was counted.
     pub tally: Tally,
-    /// Clock cycles simulated, from reset to the last pixel.
-    pub cycles: u64,
 }
 
 /// A machine that is ready to run.
@@ -213,7 +211,7 @@ where
         let image = bench.take_images().pop().unwrap_or_else(|| {
             unreachable!("the end of a frame waits for its image");
         });
-        Ok(Outcome { image, tally: bench.tally(), cycles: bench.cycles() })
+        Ok(Outcome { image, tally: bench.tally() })
     }
 
     fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check> {

@@ -7,7 +7,7 @@ use crate::window::{Follow, Window};
 use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
-use pellucid_sim::{Deadlock, Fault, FaultKind, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
 use pellucid_waveforms::Vcd;
 use std::path::{Path, PathBuf};
 
@@ -151,8 +151,7 @@ where
         if cfg!(debug_assertions)
             && let Err(overflow) = cycle.out.check(cycle.cfg)
         {
-            let (path, kind) = (overflow.path.clone(), FaultKind::Overflow(overflow));
-            return Err(Fault { path, cycle: at, kind }.into());
+            return Err(Fault::overflow(at, overflow).into());
         }
         let ports = M::ports(&cycle.out);
         if ports.phase != self.phase {

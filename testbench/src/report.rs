@@ -4,7 +4,7 @@ use crate::golden::Reference;
 use crate::output::{AtomicFile, OutputError};
 use crate::scoreboard::Verdict;
 use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
-use pellucid_hw::machine::{Cycles, MemoryTally, Tally};
+use pellucid_hw::machine::{Cycles, MemoryTally, StreamTally, Tally};
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
 use pellucid_sim::Figures;
@@ -45,6 +45,16 @@ const MEMORY_FIELDS: [(&str, &str, &str); 6] = [
     ("peak_words", "words", "The most words that held something of use at once."),
     ("bits", "bits", "Size of the memory."),
 ];
+
+/// What the fields of a stream mean.
+const STREAM_FIELDS: [(&str, &str, &str); 2] = [
+    ("transfers", "transfers", "Items handed over."),
+    ("stalls", "cycles", "Cycles with an offer that was not taken."),
+];
+
+fn stream_values(stream: &StreamTally) -> [u64; 2] {
+    [stream.transfers, stream.stalls]
+}
 
 fn memory_values(memory: &MemoryTally) -> [u64; 6] {
     let info = &memory.info;
@@ -150,26 +160,14 @@ impl Report {
         about.insert("frame.layer_histogram".into(), what);
         let memories: Vec<Json> = self.tally.memories.iter().map(memory_json).collect();
         groups.insert("memories".into(), json!(memories));
-        for (name, unit, sentence) in MEMORY_FIELDS {
-            let what = json!({ "unit": unit, "about": sentence });
-            about.insert(format!("memories[].{name}"), what);
-        }
-        let streams: Vec<Json> = self
-            .tally
-            .streams
-            .iter()
-            .map(|s| {
-                json!({
-                    "name": s.name, "from": s.from, "to": s.to,
-                    "transfers": s.transfers, "stalls": s.stalls,
-                })
-            })
-            .collect();
+        let streams: Vec<Json> = self.tally.streams.iter().map(stream_json).collect();
         groups.insert("streams".into(), json!(streams));
-        let what = json!({ "unit": "transfers", "about": "Items handed over." });
-        about.insert("streams[].transfers".into(), what);
-        let what = json!({ "unit": "cycles", "about": "Cycles with an offer that was not taken." });
-        about.insert("streams[].stalls".into(), what);
+        for (list, fields) in [("memories", &MEMORY_FIELDS[..]), ("streams", &STREAM_FIELDS[..])] {
+            for (name, unit, sentence) in fields {
+                let what = json!({ "unit": unit, "about": sentence });
+                about.insert(format!("{list}[].{name}"), what);
+            }
+        }
         let config: Map<String, Json> = self
             .config
             .iter()
@@ -208,11 +206,9 @@ impl Report {
             }
         }
         for s in &self.tally.streams {
-            let stalls = "Cycles with an offer that was not taken.";
-            let name = format!("streams.{}", s.name);
-            let transfers = s.transfers.to_string();
-            line(&format!("{name}.transfers"), &transfers, "transfers", "Items handed over.");
-            line(&format!("{name}.stalls"), &s.stalls.to_string(), "cycles", stalls);
+            for ((field, unit, about), value) in STREAM_FIELDS.iter().zip(stream_values(s)) {
+                line(&format!("streams.{}.{field}", s.name), &value.to_string(), unit, about);
+            }
         }
         text
     }
@@ -255,8 +251,7 @@ impl Report {
         streams.add_row(["STREAMS", "from", "to", "transfers", "stall cycles"]);
         for s in &self.tally.streams {
             let (name, from, to) = (format!("  {}", s.name), s.from.into(), s.to.into());
-            let counts = [s.transfers, s.stalls].map(|v| grouped(&json!(v)));
-            let [transfers, stalls] = counts;
+            let [transfers, stalls] = stream_values(s).map(|v| grouped(&json!(v)));
             streams.add_row([name, from, to, transfers, stalls]);
         }
         align_right(&mut streams, &[3, 4]);
@@ -306,6 +301,14 @@ impl Report {
 fn memory_json(memory: &MemoryTally) -> Json {
     let mut object = json!({ "name": memory.name });
     for ((name, ..), value) in MEMORY_FIELDS.iter().zip(memory_values(memory)) {
+        object[*name] = json!(value);
+    }
+    object
+}
+
+fn stream_json(stream: &StreamTally) -> Json {
+    let mut object = json!({ "name": stream.name, "from": stream.from, "to": stream.to });
+    for ((name, ..), value) in STREAM_FIELDS.iter().zip(stream_values(stream)) {
         object[*name] = json!(value);
     }
     object

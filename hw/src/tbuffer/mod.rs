@@ -253,6 +253,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         // Store, clocked from a frame's first offer on: from the depth test to the sections.
         let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
         let fragment_ready = open && depth_test_ready;
+        let comes = i.fragment.valid && fragment_ready;
         let storing = q.phase == Phase::Store || (open && i.fragment.valid);
         let (test, store) = if storing {
             let to_depth_test = depth_test::In {
@@ -297,6 +298,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         } else {
             resolve::Out::default()
         };
+
         // The frame's course.
         let resolved = q.resolved || resolve.done;
         let frame_done = resolved && !scanout.busy;
@@ -311,7 +313,7 @@ impl<A: Allocator> Block for TBuffer<A> {
                 }
             }
             Phase::Idle => {
-                if i.fragment.valid && fragment_ready {
+                if comes {
                     d.phase = Phase::Store;
                 }
             }
@@ -328,8 +330,7 @@ impl<A: Allocator> Block for TBuffer<A> {
                 }
             }
         }
-        let ended = i.fragment.valid && fragment_ready && i.fragment.payload.end;
-        d.ended = (q.ended || ended) && !frame_done;
+        d.ended = (q.ended || (comes && i.fragment.payload.end)) && !frame_done;
         d.resolved = resolved && !frame_done;
 
         // The tables and the frame buffer serve whoever asks.
@@ -362,7 +363,11 @@ impl<A: Allocator> Block for TBuffer<A> {
             colour: buffer.back_colour,
             image_ready: i.image_ready,
         };
-        let shown = Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout);
+        let shown = if scanout.busy || frame_done {
+            Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
+        } else {
+            scanout::Out::default()
+        };
         let to_buffer = frame_buffer::In {
             depth_read: [test.depth_read, resolve.depth_read],
             depth_write: test.depth_write,

@@ -187,20 +187,7 @@ impl TBufferMonitor {
 
     /// The most words of a memory, by its path, that held something of use at once.
     fn peak_words(&self, cfg: &Config, name: &str, words: u64) -> u64 {
-        let queue = u64::from(match name {
-            "depth_test.queue" => self.queues.depth_test,
-            "store.queue" => self.queues.store,
-            "resolve.lookup.queue" => self.queues.lookup,
-            "resolve.chain.chains" => self.queues.chains,
-            "resolve.chain.pending" => self.queues.pending,
-            "resolve.chain.arrived" => self.queues.arrived,
-            "resolve.release.queue" => self.queues.release,
-            "scanout.queue" => self.queues.scanout,
-            _ if name.starts_with("pool.on_chip") => self.queues.on_chip,
-            _ if name.starts_with("pool.outside") => self.queues.outside,
-            _ => 0,
-        });
-        let peak = self.peak.max(self.frame);
+        let (peak, queues) = (self.peak.max(self.frame), &self.queues);
         match name {
             "ssa.table" => peak.pixels,
             // With `append=tail` the last section of a chain has no entry.
@@ -208,10 +195,18 @@ impl TBufferMonitor {
             "nsa.table" => peak.sections,
             "sections.on_chip" => peak.words,
             "sections.outside" => peak.outside_words,
-            _ if queue > 0 => queue,
+            "depth_test.queue" => queues.depth_test.into(),
+            "store.queue" => queues.store.into(),
+            "resolve.lookup.queue" => queues.lookup.into(),
+            "resolve.chain.chains" => queues.chains.into(),
+            "resolve.chain.pending" => queues.pending.into(),
+            "resolve.chain.arrived" => queues.arrived.into(),
+            "resolve.release.queue" => queues.release.into(),
+            "scanout.queue" => queues.scanout.into(),
+            _ if name.starts_with("pool.on_chip") => queues.on_chip.into(),
+            _ if name.starts_with("pool.outside") => queues.outside.into(),
             // Depth, colour and bitmap: every word means something from the start.
-            _ if name.starts_with("frame_buffer") || name.starts_with("occupancy") => words,
-            _ => 0,
+            _ => words,
         }
     }
 }

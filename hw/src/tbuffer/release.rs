@@ -12,6 +12,7 @@
 //! same cycle included, or `abort` takes them back. One push and one pop a cycle.
 
 use pellucid_sim::Block;
+use pellucid_sim::fifo::after;
 use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for};
 
 /// See the module's description.
@@ -103,7 +104,7 @@ impl Block for ReleaseQueue {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
         if i.push.valid && q.committed + q.open < cfg.depth {
             m.queue.write(q.tail, i.push.payload);
-            d.tail = if q.tail + 1 == cfg.depth { 0 } else { q.tail + 1 };
+            d.tail = after(cfg.depth, q.tail);
             d.open += 1;
         }
         if i.commit {
@@ -116,7 +117,7 @@ impl Block for ReleaseQueue {
         }
         let pop = i.pop && q.committed > 0;
         if pop {
-            d.head = if q.head + 1 == cfg.depth { 0 } else { q.head + 1 };
+            d.head = after(cfg.depth, q.head);
             d.committed -= 1;
         }
         if d.committed > 0 && (pop || q.committed == 0) {
