@@ -10,9 +10,9 @@
 //! One fragment a cycle, always ready. A colour is written in the cycle after its pixel's last
 //! fragment came in.
 
-use crate::pixel::{Marked, Screen, blend};
+use crate::pixel::{COLOUR_BITS, Marked, Screen, blend};
 use pellucid_sim::Block;
-use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort};
+use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Blender;
@@ -43,25 +43,31 @@ pub struct State {
     /// The fragment to be blended is its pixel's first.
     pub stage_fresh: bool,
     /// The pixel's colour so far, `0xRRGGBB`.
-    #[width(24)]
+    #[width(COLOUR_BITS)]
     pub colour: u32,
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct In {
     /// Fragments of one pixel after the other, far to near, then the end of the frame.
+    #[with(*cfg)]
     pub sorted: Stream<Marked<Sorted>>,
     /// The colour that was asked for.
+    #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct Out {
     /// Reads a pixel's opaque colour.
+    #[with(cfg.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a pixel's final colour.
+    #[with((cfg.pixel_bits(), COLOUR_BITS))]
     pub colour_write: WritePort<u32>,
     /// A fragment is blended in this cycle.
     pub blended: bool,
@@ -69,6 +75,7 @@ pub struct Out {
     pub frame_done: bool,
 }
 
+#[rtl(check(Blender, crate::test_util::screen(5, 3)))]
 impl Block for Blender {
     type Config = Screen;
     type State = State;
@@ -145,7 +152,7 @@ mod tests {
     /// colours after the frame. Each write is held to its cycle and its value.
     fn play(below: &[u32], pixels: &[(u32, Vec<[u8; 4]>)], starts: Pattern) -> Vec<u32> {
         let mut sim = Sim::<Blender>::new(screen(PIXELS, 1));
-        let mut colours = holding(below, ReadDuringWrite::Forbidden);
+        let mut colours = holding(below, COLOUR_BITS, ReadDuringWrite::Forbidden);
         let mut frame = vec![];
         for (pixel, layers) in pixels {
             for (k, &[r, g, b, a]) in layers.iter().enumerate() {

@@ -11,9 +11,9 @@
 //! depth that its pixel holds, so of two equal opaque ones the first stays. A transparent fragment
 //! that passes here may still be hidden by a later opaque one: whoever reads it back tests again.
 
-use crate::pixel::{Fragment, Marked, PixelFragment, Screen, is_opaque};
+use crate::pixel::{COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS, is_opaque};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo};
+use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
 
 /// See the module's description.
 pub struct DepthTest;
@@ -33,33 +33,42 @@ pub struct State {
 const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct In {
     /// Fragments in arrival order, then the end of the frame.
+    #[with(*cfg)]
     pub fragment: Stream<Marked<Fragment>>,
     /// The depth that was asked for.
+    #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The receiver of `passed` is ready.
     pub passed_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(Screen)]
 pub struct Out {
     /// Reads a pixel's depth.
+    #[with(cfg.pixel_bits())]
     pub depth_read: ReadPort,
     /// Writes a pixel's depth.
+    #[with((cfg.pixel_bits(), Z_BITS))]
     pub depth_write: WritePort<u32>,
     /// Writes a pixel's colour, `0xRRGGBB`.
+    #[with((cfg.pixel_bits(), COLOUR_BITS))]
     pub colour_write: WritePort<u32>,
     /// Transparent fragments in front, in order, then the end of the frame.
+    #[with(*cfg)]
     pub passed: Stream<Marked<PixelFragment>>,
     /// An opaque fragment is drawn in this cycle.
     pub drawn: bool,
@@ -73,13 +82,16 @@ pub struct Out {
 #[derive(Memory)]
 pub struct Mem {
     /// Fragments that arrived.
-    pub queue: <Fifo<Marked<Fragment>> as Block>::Mem,
+    pub queue: <Queue as Block>::Mem,
 }
+
+type Queue = Fifo<Marked<Fragment>>;
 
 fn queue(cfg: &Screen) -> fifo::Config<Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: *cfg }
 }
 
+#[rtl(check(DepthTest, crate::test_util::screen(5, 3)))]
 impl Block for DepthTest {
     type Config = Screen;
     type State = State;
@@ -89,16 +101,16 @@ impl Block for DepthTest {
     type Mem = Mem;
 
     fn reset(cfg: &Screen) -> State {
-        State { queue: Fifo::<Marked<Fragment>>::reset(&queue(cfg)), stage: Stream::idle() }
+        State { queue: Queue::reset(&queue(cfg)), stage: Stream::idle() }
     }
 
     fn memories(cfg: &Screen) -> Mem {
-        Mem { queue: Fifo::<Marked<Fragment>>::memories(&queue(cfg)) }
+        Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
     #[inline(always)]
     fn moore(cfg: &Screen, q: &State, m: &Self::Mem) -> Moore {
-        Moore { ready: Fifo::moore(&queue(cfg), &q.queue, &m.queue).ready }
+        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
@@ -121,7 +133,7 @@ impl Block for DepthTest {
         }
 
         // First stage: ask for the depth of the next fragment's pixel.
-        let front = Fifo::moore(&queue(cfg), &q.queue, &m.queue).front;
+        let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
         if !stall {
             let Fragment { x, y, z, rgba } = front.payload.item;
             let item = PixelFragment { pixel: y * cfg.width + x, z, rgba };
@@ -132,7 +144,7 @@ impl Block for DepthTest {
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: !stall };
-        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
 
         Out {
             depth_read,
@@ -200,8 +212,8 @@ mod tests {
         let cfg = screen(WIDTH, HEIGHT);
         let pixels = cfg.pixels() as usize;
         let mut sim = Sim::<DepthTest>::new(cfg);
-        let mut depth: Ram1R1W<u32> = holding(&vec![Z_FAR; pixels], ReadDuringWrite::New);
-        let mut colour: Ram1R1W<u32> = holding(&vec![0; pixels], ReadDuringWrite::Forbidden);
+        let mut depth: Ram1R1W<u32> = holding(&vec![Z_FAR; pixels], Z_BITS, ReadDuringWrite::New);
+        let mut colour: Ram1R1W<u32> = holding(&vec![0; pixels], COLOUR_BITS, ReadDuringWrite::Forbidden);
         let frame = fragments.iter().copied().map(Marked::item).chain([Marked::end()]);
         let mut source = Source::new(frame, starts);
         let mut monitor = StreamMonitor::new("passed", "DepthTest", "test");

@@ -11,9 +11,11 @@
 //! leaves the bank clean, so that drawing never waits for clearing. `clear` does so in both banks;
 //! it serves the time after reset.
 
-use crate::pixel::{Screen, Z_BITS, Z_FAR};
+use crate::pixel::{COLOUR_BITS, Screen, Z_BITS, Z_FAR};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort};
+use pellucid_sim::{
+    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+};
 
 /// See the module's description.
 pub struct FrameBuffer;
@@ -27,34 +29,46 @@ pub struct State {
 }
 
 /// Inputs. In a cycle at most one user asks on each port.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct In {
     /// Reads a depth of the front bank: two users.
+    #[with(cfg.pixel_bits())]
     pub depth_read: [ReadPort; 2],
     /// Writes a depth of the front bank.
+    #[with((cfg.pixel_bits(), Z_BITS))]
     pub depth_write: WritePort<u32>,
     /// Reads a colour of the front bank.
+    #[with(cfg.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a colour, `0xRRGGBB`, of the front bank: two users.
+    #[with((cfg.pixel_bits(), COLOUR_BITS))]
     pub colour_write: [WritePort<u32>; 2],
     /// Reads a colour of the back bank.
+    #[with(cfg.pixel_bits())]
     pub back_read: ReadPort,
     /// Wipes a pixel of the back bank.
+    #[with(cfg.pixel_bits())]
     pub wipe: Stream<u32>,
     /// Wipes a pixel of both banks.
+    #[with(cfg.pixel_bits())]
     pub clear: Stream<u32>,
     /// The banks change places on the coming edge.
     pub swap: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct Moore {
     /// Depth of the front bank.
+    #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// Colour of the front bank.
+    #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
     /// Colour of the back bank.
+    #[with(COLOUR_BITS)]
     pub back_colour: Read<u32>,
 }
 
@@ -71,6 +85,7 @@ pub struct Mem {
     pub colour_b: Ram1R1W<u32>,
 }
 
+#[rtl(check(FrameBuffer, crate::test_util::screen(3, 2)))]
 impl Block for FrameBuffer {
     type Config = Screen;
     type State = State;
@@ -87,46 +102,55 @@ impl Block for FrameBuffer {
         // A depth is read for the next fragment while the last one's is written: the same pixel
         // twice in a row must see the new depth. No user reads a colour while it is written.
         let depth = || Ram1R1W::new(cfg.pixels(), Z_BITS, 1, ReadDuringWrite::New);
-        let colour = || Ram1R1W::new(cfg.pixels(), 24, 1, ReadDuringWrite::Forbidden);
+        let colour = || Ram1R1W::new(cfg.pixels(), COLOUR_BITS, 1, ReadDuringWrite::Forbidden);
         Mem { depth_a: depth(), depth_b: depth(), colour_a: colour(), colour_b: colour() }
     }
 
     #[inline(always)]
     fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
-        let (depth, colour, back_colour) = if q.front_is_b {
-            (&m.depth_b, &m.colour_b, &m.colour_a)
-        } else {
-            (&m.depth_a, &m.colour_a, &m.colour_b)
-        };
-        Moore { depth: depth.q(), colour: colour.q(), back_colour: back_colour.q() }
+        Moore {
+            depth: if q.front_is_b { m.depth_b.q() } else { m.depth_a.q() },
+            colour: if q.front_is_b { m.colour_b.q() } else { m.colour_a.q() },
+            back_colour: if q.front_is_b { m.colour_a.q() } else { m.colour_b.q() },
+        }
     }
 
     #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
-        let Mem { depth_a, depth_b, colour_a, colour_b } = m;
-        let (front_depth, back_depth, front_colour, back_colour) = if q.front_is_b {
-            (depth_b, depth_a, colour_b, colour_a)
+        if q.front_is_b {
+            for user in i.depth_read {
+                m.depth_b.pass_read(user);
+            }
+            m.depth_b.pass_write(i.depth_write);
+            m.colour_b.pass_read(i.colour_read);
+            for user in i.colour_write {
+                m.colour_b.pass_write(user);
+            }
+            m.colour_a.pass_read(i.back_read);
+            if i.wipe.valid {
+                m.depth_a.write(i.wipe.payload, Z_FAR);
+                m.colour_a.write(i.wipe.payload, cfg.background);
+            }
         } else {
-            (depth_a, depth_b, colour_a, colour_b)
-        };
-        for user in i.depth_read {
-            front_depth.pass_read(user);
-        }
-        front_depth.pass_write(i.depth_write);
-        front_colour.pass_read(i.colour_read);
-        for user in i.colour_write {
-            front_colour.pass_write(user);
-        }
-        back_colour.pass_read(i.back_read);
-        if i.wipe.valid {
-            back_depth.write(i.wipe.payload, Z_FAR);
-            back_colour.write(i.wipe.payload, cfg.background);
+            for user in i.depth_read {
+                m.depth_a.pass_read(user);
+            }
+            m.depth_a.pass_write(i.depth_write);
+            m.colour_a.pass_read(i.colour_read);
+            for user in i.colour_write {
+                m.colour_a.pass_write(user);
+            }
+            m.colour_b.pass_read(i.back_read);
+            if i.wipe.valid {
+                m.depth_b.write(i.wipe.payload, Z_FAR);
+                m.colour_b.write(i.wipe.payload, cfg.background);
+            }
         }
         if i.clear.valid {
-            front_depth.write(i.clear.payload, Z_FAR);
-            front_colour.write(i.clear.payload, cfg.background);
-            back_depth.write(i.clear.payload, Z_FAR);
-            back_colour.write(i.clear.payload, cfg.background);
+            m.depth_a.write(i.clear.payload, Z_FAR);
+            m.colour_a.write(i.clear.payload, cfg.background);
+            m.depth_b.write(i.clear.payload, Z_FAR);
+            m.colour_b.write(i.clear.payload, cfg.background);
         }
         d.front_is_b = q.front_is_b ^ i.swap;
     }

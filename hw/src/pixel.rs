@@ -2,12 +2,15 @@
 //!
 //! Depth is 24 bits unsigned, 0 nearest. Colour is 8-bit unorm per channel, not premultiplied.
 
-use pellucid_sim::{Signals, bits_for};
+use pellucid_sim::{Signals, bits_for, rtl};
 
 /// Bits of a depth value.
 pub const Z_BITS: u32 = 24;
 /// The far plane: what a cleared depth buffer holds. A fragment is visible only if its depth is less.
 pub const Z_FAR: u32 = (1 << Z_BITS) - 1;
+
+/// Bits of a colour without alpha, `0xRRGGBB`.
+pub const COLOUR_BITS: u32 = 24;
 
 /// One fragment as the rasteriser hands it over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -78,7 +81,7 @@ pub struct PixelFragment {
 /// What a stream of a frame carries: items, then a mark that ends the frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 #[signals(T::Config)]
-pub struct Marked<T: Signals> {
+pub struct Marked<T> {
     /// The frame ends here; `item` is without meaning.
     pub end: bool,
     /// The item.
@@ -86,16 +89,18 @@ pub struct Marked<T: Signals> {
     pub item: T,
 }
 
-impl<T: Signals> Marked<T> {
+#[rtl]
+impl<T> Marked<T> {
     /// An item.
     pub fn item(item: T) -> Marked<T> {
         Marked { end: false, item }
     }
+}
+
+#[rtl]
+impl<T: Default> Marked<T> {
     /// The end of the frame.
-    pub fn end() -> Marked<T>
-    where
-        T: Default,
-    {
+    pub fn end() -> Marked<T> {
         Marked { end: true, item: T::default() }
     }
 }
@@ -109,6 +114,7 @@ impl Fragment {
 
 /// Whether a colour `0xRRGGBBAA` hides what lies behind it (alpha 255).
 #[inline(always)]
+#[rtl]
 pub fn is_opaque(rgba: u32) -> bool {
     rgba & 0xff == 0xff
 }
@@ -119,11 +125,13 @@ pub fn rgba(r: u8, g: u8, b: u8, a: u8) -> u32 {
 }
 
 /// `t / 255` rounded to nearest, exact for `t` in 0..=65025.
+#[rtl]
 pub fn div255(t: u32) -> u32 {
     (t + 128 + ((t + 128) >> 8)) >> 8
 }
 
 /// A fragment's colour `0xRRGGBBAA` over a colour `0xRRGGBB`: `div255(a*s + (255-a)*c)` per channel.
+#[rtl]
 pub fn blend(rgba: u32, below: u32) -> u32 {
     let a = rgba & 0xff;
     let r = div255(a * (rgba >> 24) + (255 - a) * (below >> 16 & 0xff));

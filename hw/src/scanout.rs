@@ -10,9 +10,9 @@
 //! One pixel a cycle, row by row from the top left; the first is offered three cycles after `start`. It
 //! stalls with its receiver and loses nothing.
 
-use crate::pixel::Screen;
+use crate::pixel::{COLOUR_BITS, Screen};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, fifo};
+use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct Scanout;
@@ -46,34 +46,40 @@ pub struct State {
 }
 
 const QUEUE_DEPTH: u32 = 3;
-const COLOUR_BITS: u32 = 24;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct In {
     /// A frame is in the back bank from the next cycle on. Only while not `busy`.
     pub start: bool,
     /// The colour that was asked for.
+    #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
     /// The receiver takes a colour.
     pub image_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct Moore {
     /// The colours, `0xRRGGBB`.
+    #[with(COLOUR_BITS)]
     pub image: Stream<u32>,
     /// A frame is being shown.
     pub busy: bool,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(Screen)]
 pub struct Out {
     /// Reads a colour of the back bank.
+    #[with(cfg.pixel_bits())]
     pub read: ReadPort,
     /// Wipes a pixel of the back bank.
+    #[with(cfg.pixel_bits())]
     pub wipe: Stream<u32>,
 }
 
@@ -81,13 +87,16 @@ pub struct Out {
 #[derive(Memory)]
 pub struct Mem {
     /// Colours on their way out.
-    pub queue: <Fifo<u32> as Block>::Mem,
+    pub queue: <Queue as Block>::Mem,
 }
+
+type Queue = Fifo<u32>;
 
 fn queue() -> fifo::Config<u32> {
     fifo::Config { depth: QUEUE_DEPTH, item: COLOUR_BITS }
 }
 
+#[rtl(check(Scanout, crate::test_util::screen(3, 2)))]
 impl Block for Scanout {
     type Config = Screen;
     type State = State;
@@ -97,23 +106,24 @@ impl Block for Scanout {
     type Mem = Mem;
 
     fn reset(_: &Screen) -> State {
-        let queue = Fifo::<u32>::reset(&queue());
+        let queue = Queue::reset(&queue());
         State { fsm: Fsm::Idle, pixel: 0, asked: Stream::idle(), queue }
     }
 
     fn memories(_: &Screen) -> Mem {
-        Mem { queue: Fifo::<u32>::memories(&queue()) }
+        Mem { queue: Queue::memories(&queue()) }
     }
 
     #[inline(always)]
     fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
-        let image = Fifo::<u32>::moore(&queue(), &q.queue, &m.queue).front;
+        let image = Queue::moore(&queue(), &q.queue, &m.queue).front;
         Moore { image, busy: q.fsm != Fsm::Idle }
     }
 
     #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut read = ReadPort::default();
+        let queued = Queue::moore(&queue(), &q.queue, &m.queue).count;
         d.asked.valid = false;
         match q.fsm {
             Fsm::Idle => {
@@ -124,7 +134,7 @@ impl Block for Scanout {
             }
             Fsm::Run => {
                 // What was asked for finds room, and so must what is asked for now.
-                if q.queue.count + u32::from(q.asked.valid) < QUEUE_DEPTH {
+                if queued + u32::from(q.asked.valid) < QUEUE_DEPTH {
                     read.read(q.pixel);
                     d.asked = Stream::offer(q.pixel);
                     if q.pixel == cfg.pixels() - 1 {
@@ -135,14 +145,14 @@ impl Block for Scanout {
                 }
             }
             Fsm::Drain => {
-                if q.queue.count == 0 && !q.asked.valid {
+                if queued == 0 && !q.asked.valid {
                     d.fsm = Fsm::Idle;
                 }
             }
         }
         let push = Stream { valid: q.asked.valid, payload: i.colour.data };
         let to_queue = fifo::In { push, pop: i.image_ready };
-        Fifo::next(&queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        Queue::next(&queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         Out { read, wipe: q.asked }
     }
 }
@@ -166,7 +176,8 @@ mod tests {
     impl Bench {
         fn new(width: u32, height: u32) -> Bench {
             let cfg = screen(width, height);
-            let bank = holding(&vec![WIPED; cfg.pixels() as usize], ReadDuringWrite::Forbidden);
+            let wiped = vec![WIPED; cfg.pixels() as usize];
+            let bank = holding(&wiped, COLOUR_BITS, ReadDuringWrite::Forbidden);
             Bench { sim: Sim::new(cfg), bank, cycle: 0 }
         }
 

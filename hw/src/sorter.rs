@@ -20,7 +20,7 @@
 use crate::blender::Sorted;
 use crate::pixel::{Marked, Screen, Z_BITS};
 use pellucid_sim::Block;
-use pellucid_sim::{Signals, Stream, bits_for};
+use pellucid_sim::{Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct Sorter;
@@ -110,28 +110,29 @@ pub struct State {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Fragments of one pixel after the other, then the end of the frame.
+    #[with(*cfg)]
     pub arrived: Stream<Marked<Arrived>>,
     /// The receiver takes what is sorted.
     pub sorted_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// A fragment is taken: there is room, or one may fall off the end.
     pub ready: bool,
     /// What leaves.
+    #[with(cfg.screen)]
     pub sorted: Stream<Marked<Sorted>>,
 }
 
-/// Whether `z` is the threshold already.
-fn at_same_depth(q: &State, z: u32) -> bool {
-    q.again && q.threshold == z
-}
-
+#[rtl(
+    check(Sorter, Config { depth: 1, screen: crate::test_util::screen(3, 3), layer_bits: 3 }),
+    check(Sorter, Config { depth: 5, screen: crate::test_util::screen(3, 3), layer_bits: 4 })
+)]
 impl Block for Sorter {
     type Config = Config;
     type State = State;
@@ -198,7 +199,8 @@ impl Block for Sorter {
             let mut carry = Entry { pixel: item.pixel, z: item.z, rgba: item.rgba, last: false };
             let mut placed = false;
             for k in 0..cfg.depth {
-                let here = q.entries[((k + step) as usize).min(MAX_DEPTH - 1)];
+                let behind = (k as usize + 1).min(MAX_DEPTH - 1);
+                let here = if pop { q.entries[behind] } else { q.entries[k as usize] };
                 placed |= insert && k >= closed && (k >= count || here.z < item.z);
                 if placed {
                     d.entries[k as usize] = carry;
@@ -223,7 +225,7 @@ impl Block for Sorter {
                     d.entries[newest].last = true;
                 } else {
                     let z = d.entries[newest].z;
-                    let mut same = if at_same_depth(q, z) { q.left } else { 0 };
+                    let mut same = if q.again && q.threshold == z { q.left } else { 0 };
                     for k in 0..cfg.depth {
                         same += u32::from(k < d.count && d.entries[k as usize].z == z);
                     }

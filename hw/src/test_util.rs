@@ -2,13 +2,30 @@
 //! the block under test.
 
 use crate::pixel::Screen;
-use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Stream};
+use crate::tbuffer::config::{Config, PRESETS, Params};
+use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 
 /// A screen with a background that is neither black nor white.
 pub fn screen(width: u32, height: u32) -> Screen {
     Screen { width, height, background: 0x10_20_30 }
+}
+
+/// A T-buffer for few pixels, whose memories are smaller than random numbers: kept tail and bitmap, or
+/// neither.
+pub fn small(fast: bool) -> Config {
+    let preset = &PRESETS[usize::from(!fast)];
+    let params = Params {
+        sections: 13,
+        outside_sections: 6,
+        section_capacity: 3,
+        outside_latency: 3,
+        sorter_depth: 4,
+        reads_in_flight: 5,
+        ..(preset.params)()
+    };
+    Config::new(screen(16, 9), params).unwrap()
 }
 
 /// In which cycles something happens; repeats without end, and holds at least one cycle in which it
@@ -121,9 +138,13 @@ pub fn traffic(memory: &mut impl Memory) -> (u64, u64) {
     (reads, writes)
 }
 
-/// A memory of latency 1 that holds `words`.
-pub fn holding<T: Copy + Default>(words: &[T], policy: ReadDuringWrite) -> Ram1R1W<T> {
-    let mut ram = Ram1R1W::new(words.len() as u32, 64, 1, policy);
+/// A memory of latency 1 that holds `words`, whose widths depend on `item`.
+pub fn holding<T: Signals + Default>(
+    words: &[T],
+    item: T::Config,
+    policy: ReadDuringWrite,
+) -> Ram1R1W<T> {
+    let mut ram = Ram1R1W::new(words.len() as u32, item, 1, policy);
     for (addr, word) in words.iter().enumerate() {
         ram.write(addr as u32, *word);
         edge(&mut ram);
@@ -132,7 +153,7 @@ pub fn holding<T: Copy + Default>(words: &[T], policy: ReadDuringWrite) -> Ram1R
 }
 
 /// What a memory of latency 1 and `words` words holds.
-pub fn contents<T: Copy + Default>(ram: &mut Ram1R1W<T>, words: u32) -> Vec<T> {
+pub fn contents<T: Signals + Default>(ram: &mut Ram1R1W<T>, words: u32) -> Vec<T> {
     let read = |addr| {
         ram.read(addr);
         edge(ram);

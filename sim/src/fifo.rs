@@ -10,7 +10,7 @@
 //! in and 1 out a cycle for any depth of at least 2. `ready` is low while it is full, even if
 //! something leaves in the same cycle (rule 4). Order is kept; nothing is lost or doubled.
 
-use crate::{Block, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, width_of};
+use crate::{Block, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
 use std::marker::PhantomData;
 
 /// The queue; `T` is what it holds.
@@ -41,29 +41,42 @@ pub struct State {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
-pub struct In<T> {
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config<T::Config>)]
+pub struct In<T: Signals> {
     /// What is pushed, taken where `ready` is high.
+    #[with(cfg.item)]
     pub push: Stream<T>,
     /// The front is taken. Without effect while nothing is at the front.
     pub pop: bool,
 }
 
 /// What is seen before the inputs are known.
-#[derive(Clone, Copy, Debug)]
-pub struct Moore<T> {
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config<T::Config>)]
+pub struct Moore<T: Signals> {
     /// There is room.
     pub ready: bool,
+    /// How many items are in.
+    #[width(bits_for(u64::from(cfg.depth)))]
+    pub count: u32,
     /// The oldest item.
+    #[with(cfg.item)]
     pub front: Stream<T>,
 }
 
 /// The place after `at` in a ring of `depth` places.
 #[inline(always)]
+#[rtl]
 pub fn after(depth: u32, at: u32) -> u32 {
     if at + 1 == depth { 0 } else { at + 1 }
 }
 
+#[rtl(
+    state = cfg.depth,
+    check(Fifo<u32>, Config { depth: 1, item: 5 }),
+    check(Fifo<Stream<u64>>, Config { depth: 5, item: 64 })
+)]
 impl<T> Block for Fifo<T>
 where
     T: Signals + Default,
@@ -81,13 +94,14 @@ where
     }
 
     fn memories(cfg: &Self::Config) -> Ram1R1W<T> {
-        Ram1R1W::new(cfg.depth, width_of::<T>(&cfg.item), 1, ReadDuringWrite::New)
+        Ram1R1W::new(cfg.depth, cfg.item, 1, ReadDuringWrite::New)
     }
 
     #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
         Moore {
             ready: q.count < cfg.depth,
+            count: q.count,
             front: Stream { valid: q.count > 0, payload: m.q().data },
         }
     }

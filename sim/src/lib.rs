@@ -12,6 +12,7 @@
 //! | [`mod@stream`] | valid/ready streams, their four rules and the monitor that holds them |
 //! | [`mod@memory`] | what a memory is to the clock |
 //! | [`mod@ram`] | memories with one read and one write port, or with one port for both |
+//! | [`mod@netlist`] | the second meaning of a block's source: wires, registers and memories |
 //! | [`mod@fifo`] | a queue in a memory |
 //! | [`mod@figures`] | counters with unit and sentence |
 //! | [`mod@watchdog`] | stops a simulation in which nothing moves |
@@ -61,6 +62,7 @@ pub mod block;
 pub mod fifo;
 pub mod figures;
 pub mod memory;
+pub mod netlist;
 pub mod ram;
 pub mod signals;
 pub mod stream;
@@ -69,9 +71,12 @@ pub mod watchdog;
 pub use block::{Block, Sim};
 pub use fifo::Fifo;
 pub use figures::{Figure, Figures};
-pub use memory::{Fault, FaultKind, Memory, Storage, StorageInfo, join};
-pub use pellucid_sim_derive::{Memory, Signals};
-pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadDuringWrite, ReadPort, WritePort};
+pub use memory::{
+    Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join,
+};
+pub use netlist::Netlist;
+pub use pellucid_sim_derive::{Memory, Signals, rtl};
+pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};
 pub use signals::{Declare, Kind, Overflow, Signals, States, bits_for, state_name, width_of};
 pub use stream::{Handshake, Stream, StreamMonitor, Violation};
 pub use watchdog::{Deadlock, Wait, Watchdog};

@@ -4,6 +4,7 @@
 //! ports for accesses; [`Memory::clock`] carries them out. `#[derive(Memory)]` makes a struct of
 //! memories one memory, so that a parent nests its children's.
 
+use crate::signals::Declare;
 use std::fmt;
 
 /// A memory, or a struct of them.
@@ -30,13 +31,41 @@ impl Memory for () {
 pub trait Storage {
     /// Size and traffic.
     fn info(&self) -> StorageInfo;
+    /// Declares the signals of a word.
+    fn word(&self, to: &mut dyn Declare);
     /// The first misuse since the last call, if any.
     fn take_fault(&mut self) -> Option<FaultKind>;
 }
 
-/// Size and traffic of one memory.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What ports a memory has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ports {
+    /// One read port and one write port.
+    OneReadOneWrite,
+    /// One port that reads or writes.
+    One,
+}
+
+/// What a read gives that meets a write of the same word in the same cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReadDuringWrite {
+    /// The word as it was.
+    Old,
+    /// The word as it is written.
+    New,
+    /// The design promises that it does not happen; in debug builds it is reported as a fault.
+    Forbidden,
+}
+
+/// Size, ports and traffic of one memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StorageInfo {
+    /// Its ports.
+    pub ports: Ports,
+    /// What a read gives that meets a write; with one port they do not meet.
+    pub read_during_write: ReadDuringWrite,
+    /// From a read request to its data, in cycles.
+    pub latency: u32,
     /// How many words it has.
     pub words: u64,
     /// Bits of a word.

@@ -15,34 +15,30 @@
 //! on. What a read of the same word in the same cycle as its write gives is stated by
 //! [`ReadDuringWrite`].
 
-use crate::memory::{FaultKind, Memory, Storage, StorageInfo};
+use crate::memory::{FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo};
+use crate::signals::{Declare, Signals, width_of};
 use bitvec::vec::BitVec;
-
-/// What a read gives that meets a write of the same word in the same cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReadDuringWrite {
-    /// The word as it was.
-    Old,
-    /// The word as it is written.
-    New,
-    /// The design promises that it does not happen; in debug builds it is reported as a fault.
-    Forbidden,
-}
+use pellucid_sim_derive::Signals;
 
 /// What a memory shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(T::Config)]
 pub struct Read<T> {
     /// High for the cycle in which a read's data arrives.
     pub valid: bool,
     /// The data.
+    #[with(*cfg)]
     pub data: T,
 }
 
-/// A request on a read port. One a cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A request on a read port. One a cycle. Its width is that of an address.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(u32)]
 pub struct ReadPort {
     en: bool,
+    #[unseen]
     twice: bool,
+    #[width(*cfg)]
     addr: u32,
 }
 
@@ -56,12 +52,16 @@ impl ReadPort {
     }
 }
 
-/// A request on a write port. One a cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A request on a write port. One a cycle. Its widths depend on that of an address and on the data's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals((u32, T::Config))]
 pub struct WritePort<T> {
     en: bool,
+    #[unseen]
     twice: bool,
+    #[width(cfg.0)]
     addr: u32,
+    #[with(cfg.1)]
     data: T,
 }
 
@@ -76,13 +76,18 @@ impl<T: Copy> WritePort<T> {
     }
 }
 
-/// A request on a port that reads or writes. One a cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// A request on a port that reads or writes. One a cycle. Its widths depend on that of an address and
+/// on the data's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals((u32, T::Config))]
 pub struct Port<T> {
     en: bool,
+    #[unseen]
     twice: bool,
     write: bool,
+    #[width(cfg.0)]
     addr: u32,
+    #[with(cfg.1)]
     data: T,
 }
 
@@ -104,11 +109,13 @@ impl<T: Copy> Port<T> {
 }
 
 /// The words, their traffic and their faults: what both kinds of memory share.
-struct Words<T> {
+struct Words<T: Signals> {
     /// The words up to the highest that was written; those beyond hold what they held at power-up.
     words: Vec<T>,
     size: u32,
-    bits: u32,
+    /// What a word's widths depend on.
+    item: T::Config,
+    latency: u32,
     reads: u64,
     writes: u64,
     /// Which words were ever written; kept in debug builds only.
@@ -117,25 +124,29 @@ struct Words<T> {
     /// Data on its way: entry `k` of a ring of `latency - 1`.
     line: Vec<Read<T>>,
     line_at: usize,
+    /// What the last read gave, with a line.
+    held: T,
     q: Read<T>,
     /// Something is asked, shown as valid or under way: else the edge changes nothing.
     busy: bool,
 }
 
-impl<T: Copy + Default> Words<T> {
-    fn new(words: u32, bits: u32, latency: u32) -> Words<T> {
+impl<T: Signals + Default> Words<T> {
+    fn new(words: u32, item: T::Config, latency: u32) -> Words<T> {
         assert!(latency >= 1, "a synchronous memory answers after one cycle at the earliest");
         let known = if cfg!(debug_assertions) { words as usize } else { 0 };
         Words {
             words: Vec::with_capacity(words as usize),
             size: words,
-            bits,
+            item,
+            latency,
             reads: 0,
             writes: 0,
             written: BitVec::repeat(false, known),
             fault: None,
             line: vec![Read::default(); latency as usize - 1],
             line_at: 0,
+            held: T::default(),
             q: Read::default(),
             busy: false,
         }
@@ -197,7 +208,9 @@ impl<T: Copy + Default> Words<T> {
     /// Nothing is under way any more.
     fn reset(&mut self) {
         self.q.valid = false;
-        self.line.fill(Read::default());
+        for read in &mut self.line {
+            read.valid = false;
+        }
         self.busy = !self.line.is_empty();
     }
 
@@ -212,15 +225,22 @@ impl<T: Copy + Default> Words<T> {
         }
     }
 
-    fn pipeline(&mut self, new: Read<T>) {
+    fn pipeline(&mut self, mut new: Read<T>) {
+        if new.valid {
+            self.held = new.data;
+        }
+        new.data = self.held;
         self.q = std::mem::replace(&mut self.line[self.line_at], new);
         self.line_at = (self.line_at + 1) % self.line.len();
     }
 
-    fn info(&self) -> StorageInfo {
+    fn info(&self, ports: Ports, read_during_write: ReadDuringWrite) -> StorageInfo {
         StorageInfo {
+            ports,
+            read_during_write,
+            latency: self.latency,
             words: u64::from(self.size),
-            bits_per_word: self.bits,
+            bits_per_word: width_of::<T>(&self.item),
             reads: self.reads,
             writes: self.writes,
         }
@@ -229,18 +249,23 @@ impl<T: Copy + Default> Words<T> {
 
 /// A memory with one read port and one write port. Use [`Ram1RW`] where reads and writes never
 /// share a cycle: it is cheaper to build.
-pub struct Ram1R1W<T> {
+pub struct Ram1R1W<T: Signals> {
     core: Words<T>,
     policy: ReadDuringWrite,
     read: ReadPort,
     write: WritePort<T>,
 }
 
-impl<T: Copy + Default> Ram1R1W<T> {
-    /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
-    pub fn new(words: u32, bits: u32, latency: u32, policy: ReadDuringWrite) -> Ram1R1W<T> {
+impl<T: Signals + Default> Ram1R1W<T> {
+    /// `words` words whose widths depend on `item`; a read takes `latency` cycles, at least 1.
+    pub fn new(
+        words: u32,
+        item: T::Config,
+        latency: u32,
+        policy: ReadDuringWrite,
+    ) -> Ram1R1W<T> {
         let (read, write) = (ReadPort::default(), WritePort::default());
-        Ram1R1W { core: Words::new(words, bits, latency), policy, read, write }
+        Ram1R1W { core: Words::new(words, item, latency), policy, read, write }
     }
     /// What it shows in this cycle.
     #[inline(always)]
@@ -277,7 +302,7 @@ impl<T: Copy + Default> Ram1R1W<T> {
     }
 }
 
-impl<T: Copy + Default> Memory for Ram1R1W<T> {
+impl<T: Signals + Default> Memory for Ram1R1W<T> {
     #[inline(always)]
     fn clock(&mut self) -> bool {
         let Ram1R1W { core, policy, read, write } = self;
@@ -320,15 +345,15 @@ impl<T: Copy + Default> Memory for Ram1R1W<T> {
 }
 
 /// A memory with one port that reads or writes.
-pub struct Ram1RW<T> {
+pub struct Ram1RW<T: Signals> {
     core: Words<T>,
     port: Port<T>,
 }
 
-impl<T: Copy + Default> Ram1RW<T> {
-    /// `words` words of `bits` bits each; a read takes `latency` cycles, at least 1.
-    pub fn new(words: u32, bits: u32, latency: u32) -> Ram1RW<T> {
-        Ram1RW { core: Words::new(words, bits, latency), port: Port::default() }
+impl<T: Signals + Default> Ram1RW<T> {
+    /// `words` words whose widths depend on `item`; a read takes `latency` cycles, at least 1.
+    pub fn new(words: u32, item: T::Config, latency: u32) -> Ram1RW<T> {
+        Ram1RW { core: Words::new(words, item, latency), port: Port::default() }
     }
     /// What it shows in this cycle.
     #[inline(always)]
@@ -362,7 +387,7 @@ impl<T: Copy + Default> Ram1RW<T> {
     }
 }
 
-impl<T: Copy + Default> Memory for Ram1RW<T> {
+impl<T: Signals + Default> Memory for Ram1RW<T> {
     #[inline(always)]
     fn clock(&mut self) -> bool {
         let Ram1RW { core, port } = self;
@@ -392,19 +417,29 @@ impl<T: Copy + Default> Memory for Ram1RW<T> {
     }
 }
 
-macro_rules! storage {
-    ($($ram:ident),*) => { $(
-        impl<T: Copy + Default> Storage for $ram<T> {
-            fn info(&self) -> StorageInfo {
-                self.core.info()
-            }
-            fn take_fault(&mut self) -> Option<FaultKind> {
-                self.core.fault.take()
-            }
-        }
-    )* };
+impl<T: Signals + Default> Storage for Ram1R1W<T> {
+    fn info(&self) -> StorageInfo {
+        self.core.info(Ports::OneReadOneWrite, self.policy)
+    }
+    fn word(&self, to: &mut dyn Declare) {
+        T::declare(&self.core.item, "", to);
+    }
+    fn take_fault(&mut self) -> Option<FaultKind> {
+        self.core.fault.take()
+    }
 }
-storage!(Ram1R1W, Ram1RW);
+
+impl<T: Signals + Default> Storage for Ram1RW<T> {
+    fn info(&self) -> StorageInfo {
+        self.core.info(Ports::One, ReadDuringWrite::Forbidden)
+    }
+    fn word(&self, to: &mut dyn Declare) {
+        T::declare(&self.core.item, "", to);
+    }
+    fn take_fault(&mut self) -> Option<FaultKind> {
+        self.core.fault.take()
+    }
+}
 
 #[cfg(test)]
 mod tests;

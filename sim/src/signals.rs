@@ -3,6 +3,7 @@
 //! [`Signals`] is derived (`#[derive(Signals)]`). What is declared serves the width check after
 //! every cycle of a debug build, every waveform format, and the error messages.
 
+use crate::netlist::Lift;
 use std::fmt;
 
 /// What a signal's bits mean.
@@ -10,8 +11,8 @@ use std::fmt;
 pub enum Kind {
     /// One bit, true or false.
     Flag,
-    /// An unsigned number.
-    Bits,
+    /// An unsigned number, in a Rust integer of so many bits.
+    Bits(u32),
     /// The state of a state machine, by name.
     State(&'static States),
 }
@@ -36,7 +37,7 @@ pub trait Declare {
 }
 
 /// A bundle of registers or wires.
-pub trait Signals: Copy {
+pub trait Signals: Copy + Lift {
     /// What the widths depend on.
     type Config;
     /// Declares every signal of the bundle under `name`.
@@ -48,6 +49,9 @@ pub trait Signals: Copy {
     /// # Errors
     /// The first signal that does not.
     fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
+    /// The bundle that [`Signals::sample`] gives these values for; bits beyond a signal's Rust type
+    /// are cut off, a number beyond the last state counts round.
+    fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
 }
 
 /// A value that does not fit the width of its register.
@@ -81,7 +85,7 @@ macro_rules! integers {
             type Config = u32;
             fn declare(width: &u32, name: &str, to: &mut dyn Declare) {
                 if *width > 0 {
-                    to.signal(name, *width, Kind::Bits);
+                    to.signal(name, *width, Kind::Bits(<$t>::BITS));
                 }
             }
             #[inline(always)]
@@ -97,6 +101,9 @@ macro_rules! integers {
                     return Ok(());
                 }
                 Err(Overflow { path: String::new(), value, width: *width })
+            }
+            fn restore(width: &u32, from: &mut dyn Iterator<Item = u64>) -> $t {
+                if *width > 0 { from.next().unwrap_or_default() as $t } else { 0 }
             }
         }
     )* };
@@ -116,6 +123,9 @@ impl Signals for bool {
     fn check(&self, _: &()) -> Result<(), Overflow> {
         Ok(())
     }
+    fn restore(_: &(), from: &mut dyn Iterator<Item = u64>) -> bool {
+        from.next().is_some_and(|value| value & 1 == 1)
+    }
 }
 
 impl Signals for () {
@@ -125,6 +135,7 @@ impl Signals for () {
     fn check(&self, _: &()) -> Result<(), Overflow> {
         Ok(())
     }
+    fn restore(_: &(), _: &mut dyn Iterator<Item = u64>) {}
 }
 
 /// How many bits hold every value in `0..=max`; at least 1.

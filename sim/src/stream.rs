@@ -12,41 +12,50 @@
 //! each block that sends, rule 4 by the type of [`crate::Block::moore`], which sees no input.
 
 use crate::block::Block;
-use crate::signals::{Declare, Kind, Overflow, Signals};
+use crate::{Signals, rtl};
 use std::fmt;
 
 /// What the sender drives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(T::Config)]
 pub struct Stream<T> {
     /// Something is offered.
     pub valid: bool,
     /// What is offered; without meaning while `valid` is low.
+    #[with(*cfg)]
     pub payload: T,
 }
 
 /// All wires of a stream in one cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(T::Config)]
 pub struct Handshake<T> {
     /// Something is offered.
     pub valid: bool,
     /// It is taken on the coming edge.
     pub ready: bool,
     /// What is offered.
+    #[with(*cfg)]
     pub payload: T,
 }
 
-impl<T> Stream<T> {
+#[rtl]
+impl<T: Default> Stream<T> {
     /// Nothing is offered.
-    pub fn idle() -> Stream<T>
-    where
-        T: Default,
-    {
+    pub fn idle() -> Stream<T> {
         Stream { valid: false, payload: T::default() }
     }
+}
+
+#[rtl]
+impl<T> Stream<T> {
     /// `payload` is offered.
     pub fn offer(payload: T) -> Stream<T> {
         Stream { valid: true, payload }
     }
+}
+
+impl<T> Stream<T> {
     /// With the receiver's side.
     pub fn with(self, ready: bool) -> Handshake<T> {
         Handshake { valid: self.valid, ready, payload: self.payload }
@@ -57,42 +66,6 @@ impl<T> Handshake<T> {
     /// Whether a transfer happens (rule 1).
     pub fn fires(&self) -> bool {
         self.valid && self.ready
-    }
-}
-
-impl<T: Signals> Signals for Stream<T> {
-    type Config = T::Config;
-    fn declare(cfg: &T::Config, name: &str, to: &mut dyn Declare) {
-        to.open(name);
-        to.signal("valid", 1, Kind::Flag);
-        T::declare(cfg, "payload", to);
-        to.close();
-    }
-    fn sample(&self, cfg: &T::Config, to: &mut Vec<u64>) {
-        to.push(u64::from(self.valid));
-        self.payload.sample(cfg, to);
-    }
-    fn check(&self, cfg: &T::Config) -> Result<(), Overflow> {
-        self.payload.check(cfg).map_err(|e| e.within("payload"))
-    }
-}
-
-impl<T: Signals> Signals for Handshake<T> {
-    type Config = T::Config;
-    fn declare(cfg: &T::Config, name: &str, to: &mut dyn Declare) {
-        to.open(name);
-        to.signal("valid", 1, Kind::Flag);
-        to.signal("ready", 1, Kind::Flag);
-        T::declare(cfg, "payload", to);
-        to.close();
-    }
-    fn sample(&self, cfg: &T::Config, to: &mut Vec<u64>) {
-        to.push(u64::from(self.valid));
-        to.push(u64::from(self.ready));
-        self.payload.sample(cfg, to);
-    }
-    fn check(&self, cfg: &T::Config) -> Result<(), Overflow> {
-        self.payload.check(cfg).map_err(|e| e.within("payload"))
     }
 }
 

@@ -12,8 +12,8 @@ fn declare(to: &mut dyn Declare) {
     to.signal("flag", 1, Kind::Flag);
     to.signal("state", 2, Kind::State(STATES));
     to.open("inner");
-    to.signal("mem[3]", 7, Kind::Bits);
-    to.signal("wide", 64, Kind::Bits);
+    to.signal("mem[3]", 7, Kind::Bits(32));
+    to.signal("wide", 64, Kind::Bits(32));
     to.close();
     to.close();
 }

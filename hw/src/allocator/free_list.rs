@@ -12,7 +12,7 @@
 
 use super::{Allocator, Config, In, Moore};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo};
+use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -36,29 +36,32 @@ pub struct State {
     pub queue: fifo::State,
 }
 
+type Queue = Fifo<u32>;
+
 fn queue(cfg: &Config) -> fifo::Config<u32> {
     fifo::Config { depth: cfg.sections.max(1), item: cfg.id_bits() }
 }
 
+#[rtl(check(FreeList, Config { sections: 1 }), check(FreeList, Config { sections: 6 }))]
 impl Block for FreeList {
     type Config = Config;
     type State = State;
     type In = In;
     type Moore = Moore;
     type Out = ();
-    type Mem = <Fifo<u32> as Block>::Mem;
+    type Mem = <Queue as Block>::Mem;
 
     fn reset(cfg: &Config) -> State {
-        State { fresh: 0, queue: Fifo::<u32>::reset(&queue(cfg)) }
+        State { fresh: 0, queue: Queue::reset(&queue(cfg)) }
     }
 
     fn memories(cfg: &Config) -> Self::Mem {
-        Fifo::<u32>::memories(&queue(cfg))
+        Queue::memories(&queue(cfg))
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
-        let front = Fifo::<u32>::moore(&queue(cfg), &q.queue, m).front;
+        let front = Queue::moore(&queue(cfg), &q.queue, m).front;
         let fresh = q.fresh < cfg.sections;
         let payload = if fresh { q.fresh } else { front.payload };
         Moore {
@@ -74,7 +77,7 @@ impl Block for FreeList {
             d.fresh = q.fresh + 1;
         }
         let to_queue = fifo::In { push: i.release, pop: i.take && !fresh };
-        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, m, to_queue);
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, m, to_queue);
     }
 }
 

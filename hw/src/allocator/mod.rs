@@ -15,7 +15,7 @@ mod free_list;
 
 pub use free_list::FreeList;
 
-use pellucid_sim::{Block, Signals, Stream, bits_for};
+use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
 
 /// What every allocator is built from.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +54,7 @@ pub struct Moore {
 /// A block that keeps the contract above.
 pub trait Allocator:
     Block<Config = Config, In = In, Moore = Moore, Out = (), State: Signals<Config = Config>>
+    + Netlist
     + Copy
     + 'static
 {

@@ -24,7 +24,7 @@ use super::tables::{NsaEntry, Place, Word};
 use crate::pixel::{Marked, Z_BITS};
 use crate::sorter::{self, Arrived};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo};
+use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct ChainReader;
@@ -93,13 +93,16 @@ pub struct State {
 const CHAINS: u32 = 2;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Chains to read, then the end of the frame.
+    #[with(*cfg)]
     pub chain: Stream<Marked<Chain>>,
     /// The NSA entry that was asked for.
+    #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
     /// The fragment that was asked for.
+    #[with(*cfg)]
     pub word: Read<Word>,
     /// The sorter takes a fragment.
     pub arrived_ready: bool,
@@ -108,24 +111,28 @@ pub struct In {
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// A chain is taken.
     pub ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
+    #[with(cfg.sorter)]
     pub arrived: Stream<Marked<Arrived>>,
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// Reads an NSA entry.
+    #[with((cfg.id_bits(), *cfg))]
     pub nsa: Port<NsaEntry>,
     /// Reads a fragment.
+    #[with(*cfg)]
     pub read: Stream<Place>,
     /// The read is of a second pass or later.
     pub read_again: bool,
     /// A section that is done with.
+    #[with(cfg.release)]
     pub release: release::In,
     /// The chain at hand is a new one.
     pub begins: bool,
@@ -137,11 +144,11 @@ pub struct Out {
 #[derive(Memory)]
 pub struct Mem {
     /// Chains that arrived.
-    pub chains: <Fifo<Marked<Chain>> as Block>::Mem,
+    pub chains: <Chains as Block>::Mem,
     /// Reads under way.
-    pub pending: <Fifo<Pending> as Block>::Mem,
+    pub pending: <Pendings as Block>::Mem,
     /// Fragments that wait for the sorter.
-    pub arrived: <Fifo<Marked<Arrived>> as Block>::Mem,
+    pub arrived: <Arrivals as Block>::Mem,
 }
 
 type Chains = Fifo<Marked<Chain>>;
@@ -158,6 +165,10 @@ fn arrivals(cfg: &Config) -> fifo::Config<sorter::Config> {
     fifo::Config { depth: cfg.params.reads_in_flight, item: cfg.sorter }
 }
 
+#[rtl(
+    check(ChainReader, crate::test_util::small(true)),
+    check(ChainReader, crate::test_util::small(false))
+)]
 impl Block for ChainReader {
     type Config = Config;
     type State = State;
@@ -211,7 +222,9 @@ impl Block for ChainReader {
         let depth = cfg.params.sorter_depth;
 
         // An answer comes back: the oldest read under way learns its fragment.
-        let oldest = Pendings::moore(&pendings(cfg), &q.pending, &m.pending).front.payload;
+        let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
+        let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
+        let oldest = pending.front.payload;
         let mut arrived: Stream<Marked<Arrived>> = Stream::idle();
         if i.word.valid {
             let visible = i.word.data.z < oldest.depth;
@@ -247,12 +260,12 @@ impl Block for ChainReader {
 
         let mut fetch = Stream::idle();
         let mut begin = false;
-        let nothing_under_way = q.pending.count == 0;
+        let nothing_under_way = pending.count == 0;
         match q.fsm {
             Fsm::Idle => begin = true,
             Fsm::Read => {
                 // The place at hand is asked for if its answer will find room and keep its order.
-                let room = q.pending.count + q.arrived.count < cfg.params.reads_in_flight;
+                let room = pending.count + waiting < cfg.params.reads_in_flight;
                 let outside = cfg.is_outside(q.place.section);
                 if room && (nothing_under_way || outside == q.outside) && i.release_ready {
                     let more_here = q.place.slot + 1 < fill;
@@ -315,7 +328,7 @@ impl Block for ChainReader {
                 d.position = 0;
                 d.again = false;
             } else if front.valid && q.fsm == Fsm::Idle && nothing_under_way {
-                pop = q.arrived.count < cfg.params.reads_in_flight;
+                pop = waiting < cfg.params.reads_in_flight;
                 arrived = Stream { valid: pop, payload: Marked::end() };
             }
         }

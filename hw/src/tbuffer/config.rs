@@ -155,6 +155,10 @@ impl Config {
     pub fn layer_bits(&self) -> u32 {
         self.sorter.layer_bits
     }
+    /// All section numbers, NULL included, as the ports of an allocator have them.
+    pub fn section_numbers(&self) -> allocator::Config {
+        allocator::Config { sections: self.null + 1 }
+    }
     /// The allocator of the sections on chip.
     pub fn on_chip(&self) -> allocator::Config {
         allocator::Config { sections: self.params.sections }
@@ -167,6 +171,8 @@ impl Config {
 
 /// Bits of a word of the occupancy bitmap and of its summary.
 pub const OCCUPANCY_BITS: u32 = 64;
+/// How far a pixel's or word's number is shifted to get that of its occupancy word.
+pub const OCCUPANCY_SHIFT: u32 = OCCUPANCY_BITS.ilog2();
 
 #[cfg(test)]
 mod tests {

@@ -15,7 +15,7 @@ use super::config::Config;
 use super::tables::SsaEntry;
 use crate::pixel::{Marked, Z_BITS};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo};
+use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
 
 /// See the module's description.
 pub struct Lookup;
@@ -48,35 +48,43 @@ pub struct State {
 const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Pixels to visit, then the end of the frame.
+    #[with(cfg.screen.pixel_bits())]
     pub pixel: Stream<Marked<u32>>,
     /// The SSA entry that was asked for.
+    #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
     /// The depth that was asked for.
+    #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The receiver takes a chain.
     pub chain_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config)]
 pub struct Moore {
     /// A pixel is taken.
     pub ready: bool,
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// Reads an SSA entry.
+    #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Sets an SSA entry to NULL.
+    #[with((cfg.screen.pixel_bits(), *cfg))]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads a pixel's opaque depth.
+    #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
     /// Chains, then the end of the frame.
+    #[with(*cfg)]
     pub chain: Stream<Marked<Chain>>,
 }
 
@@ -84,13 +92,16 @@ pub struct Out {
 #[derive(Memory)]
 pub struct Mem {
     /// Pixels that arrived.
-    pub queue: <Fifo<Marked<u32>> as Block>::Mem,
+    pub queue: <Queue as Block>::Mem,
 }
+
+type Queue = Fifo<Marked<u32>>;
 
 fn queue(cfg: &Config) -> fifo::Config<u32> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen.pixel_bits() }
 }
 
+#[rtl(check(Lookup, crate::test_util::small(true)), check(Lookup, crate::test_util::small(false)))]
 impl Block for Lookup {
     type Config = Config;
     type State = State;
@@ -100,16 +111,16 @@ impl Block for Lookup {
     type Mem = Mem;
 
     fn reset(cfg: &Config) -> State {
-        State { queue: Fifo::<Marked<u32>>::reset(&queue(cfg)), stage: Stream::idle() }
+        State { queue: Queue::reset(&queue(cfg)), stage: Stream::idle() }
     }
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { queue: Fifo::<Marked<u32>>::memories(&queue(cfg)) }
+        Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
-        Moore { ready: Fifo::<Marked<u32>>::moore(&queue(cfg), &q.queue, &m.queue).ready }
+        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
@@ -127,7 +138,7 @@ impl Block for Lookup {
         let chain = Chain { pixel, depth: i.depth.data, entry: i.ssa.data };
 
         // First stage: ask for those of the next pixel.
-        let front = Fifo::<Marked<u32>>::moore(&queue(cfg), &q.queue, &m.queue).front;
+        let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
         if !stall {
             d.stage = front;
             if front.valid && !front.payload.end {
@@ -136,7 +147,7 @@ impl Block for Lookup {
             }
         }
         let to_queue = fifo::In { push: i.pixel, pop: !stall };
-        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         let chain = Stream { valid: found, payload: Marked { end, item: chain } };
         Out { ssa_read, ssa_write, depth_read, chain }
     }
@@ -172,9 +183,9 @@ mod tests {
     ) -> (Vec<(u64, Marked<Chain>)>, Vec<SsaEntry>) {
         let cfg = config();
         let mut sim = Sim::<Lookup>::new(cfg);
-        let mut ssa = holding(entries, ReadDuringWrite::New);
+        let mut ssa = holding(entries, cfg, ReadDuringWrite::New);
         let depths: Vec<u32> = (0..20).map(depth_of).collect();
-        let mut depth = holding(&depths, ReadDuringWrite::Forbidden);
+        let mut depth = holding(&depths, Z_BITS, ReadDuringWrite::Forbidden);
         let frame = visits.iter().copied().map(Marked::item).chain([Marked::end()]);
         let mut source = Source::new(frame, starts);
         let mut monitor = StreamMonitor::new("chain", "Lookup", "test");

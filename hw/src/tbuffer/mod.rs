@@ -53,7 +53,7 @@ use lookup::Chain;
 use nsa::Nsa;
 use occupancy::Occupancy;
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
 use pool::Pool;
 use resolve::Resolve;
 use sections::Sections;
@@ -195,6 +195,12 @@ pub struct Events {
     pub frame_done: bool,
 }
 
+#[rtl(
+    name = "tbuffer",
+    input = cfg.screen,
+    check(TBuffer<allocator::FreeList>, crate::test_util::small(true)),
+    check(TBuffer<allocator::FreeList>, crate::test_util::small(false))
+)]
 impl<A: Allocator> Block for TBuffer<A> {
     type Config = Config;
     type State = State<A>;

@@ -10,17 +10,19 @@
 use super::config::Config;
 use super::tables::NsaEntry;
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Port, Ram1RW, Read, width_of};
+use pellucid_sim::{Memory, Port, Ram1RW, Read, Signals, rtl};
 
 /// See the module's description.
 pub struct Nsa;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// The store unit's access.
+    #[with((cfg.id_bits(), *cfg))]
     pub store: Port<NsaEntry>,
     /// The chain reader's access.
+    #[with((cfg.id_bits(), *cfg))]
     pub chain: Port<NsaEntry>,
 }
 
@@ -31,6 +33,7 @@ pub struct Mem {
     pub table: Ram1RW<NsaEntry>,
 }
 
+#[rtl(check(Nsa, crate::test_util::small(true)), check(Nsa, crate::test_util::small(false)))]
 impl Block for Nsa {
     type Config = Config;
     type State = ();
@@ -42,7 +45,7 @@ impl Block for Nsa {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { table: Ram1RW::new(cfg.null, width_of::<NsaEntry>(cfg), 1) }
+        Mem { table: Ram1RW::new(cfg.null, *cfg, 1) }
     }
 
     #[inline(always)]

@@ -10,37 +10,48 @@
 //! cycle until it asks again; a pixel may be set and the next one asked for in one cycle. With
 //! `scan=linear` it does not exist.
 
-use super::config::{Config, OCCUPANCY_BITS};
-use pellucid_sim::{Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort};
+use super::config::{Config, OCCUPANCY_BITS, OCCUPANCY_SHIFT};
+use pellucid_sim::{
+    Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+};
 
 /// See the module's description.
 pub struct Occupancy;
 
 /// Inputs; nothing is asked by default.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct In {
     /// A pixel that may be set.
+    #[with(cfg.screen.pixel_bits())]
     pub ask: Stream<u32>,
     /// The pixel that was asked for last is set.
+    #[with(cfg.screen.pixel_bits())]
     pub set: Stream<u32>,
     /// The scanner reads a summary word.
+    #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// The scanner clears a summary word.
+    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
     pub summary_clear: WritePort<u64>,
     /// The scanner reads a word.
+    #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// The scanner clears a word.
+    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
     pub word_clear: WritePort<u64>,
     /// A number: the words of the bitmap and of the summary that have it are set to 0.
+    #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// A word of the summary.
+    #[with(OCCUPANCY_BITS)]
     pub summary: Read<u64>,
     /// A word of the bitmap.
+    #[with(OCCUPANCY_BITS)]
     pub word: Read<u64>,
 }
 
@@ -64,6 +75,10 @@ impl Config {
     }
 }
 
+#[rtl(
+    check(Occupancy, crate::test_util::small(true)),
+    check(Occupancy, crate::test_util::small(false))
+)]
 impl Block for Occupancy {
     type Config = Config;
     type State = ();
@@ -89,32 +104,31 @@ impl Block for Occupancy {
 
     #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
-        if !cfg.bitmap {
-            return;
-        }
-        if i.set.valid {
-            let word = i.set.payload / OCCUPANCY_BITS;
-            let bit = 1 << (i.set.payload % OCCUPANCY_BITS);
-            m.bitmap.write(word, m.bitmap.q().data | bit);
-            let summary_bit = 1 << (word % OCCUPANCY_BITS);
-            if m.summary.q().data & summary_bit == 0 {
-                m.summary.write(word / OCCUPANCY_BITS, m.summary.q().data | summary_bit);
+        if cfg.bitmap {
+            if i.set.valid {
+                let word = i.set.payload >> OCCUPANCY_SHIFT;
+                let bit = 1 << (i.set.payload & (OCCUPANCY_BITS - 1));
+                m.bitmap.write(word, m.bitmap.q().data | bit);
+                let summary_bit = 1 << (word & (OCCUPANCY_BITS - 1));
+                if m.summary.q().data & summary_bit == 0 {
+                    m.summary.write(word >> OCCUPANCY_SHIFT, m.summary.q().data | summary_bit);
+                }
             }
-        }
-        if i.ask.valid {
-            let word = i.ask.payload / OCCUPANCY_BITS;
-            m.bitmap.read(word);
-            m.summary.read(word / OCCUPANCY_BITS);
-        }
-        m.bitmap.pass_read(i.word_read);
-        m.bitmap.pass_write(i.word_clear);
-        m.summary.pass_read(i.summary_read);
-        m.summary.pass_write(i.summary_clear);
-        if i.clear.valid && i.clear.payload < cfg.occupancy_words() {
-            m.bitmap.write(i.clear.payload, 0);
-        }
-        if i.clear.valid && i.clear.payload < cfg.summary_words() {
-            m.summary.write(i.clear.payload, 0);
+            if i.ask.valid {
+                let word = i.ask.payload >> OCCUPANCY_SHIFT;
+                m.bitmap.read(word);
+                m.summary.read(word >> OCCUPANCY_SHIFT);
+            }
+            m.bitmap.pass_read(i.word_read);
+            m.bitmap.pass_write(i.word_clear);
+            m.summary.pass_read(i.summary_read);
+            m.summary.pass_write(i.summary_clear);
+            if i.clear.valid && i.clear.payload < cfg.occupancy_words() {
+                m.bitmap.write(i.clear.payload, 0);
+            }
+            if i.clear.valid && i.clear.payload < cfg.summary_words() {
+                m.summary.write(i.clear.payload, 0);
+            }
         }
     }
 }

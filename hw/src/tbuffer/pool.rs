@@ -13,7 +13,7 @@
 use super::config::Config;
 use crate::allocator::{self, Allocator, Moore};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Signals, Stream};
+use pellucid_sim::{Memory, Signals, Stream, rtl};
 use std::marker::PhantomData;
 
 /// See the module's description.
@@ -39,6 +39,11 @@ pub struct Mem<A: Allocator> {
     pub outside: A::Mem,
 }
 
+#[rtl(
+    input = cfg.section_numbers(),
+    moore = cfg.section_numbers(),
+    check(Pool<crate::allocator::FreeList>, crate::test_util::small(true))
+)]
 impl<A: Allocator> Block for Pool<A> {
     type Config = Config;
     type State = State<A>;
@@ -161,6 +166,7 @@ mod tests {
         }
     }
 
+    #[rtl(check(Slow, allocator::Config { sections: 5 }))]
     impl Block for Slow {
         type Config = allocator::Config;
         type State = SlowState;
@@ -172,7 +178,7 @@ mod tests {
             SlowState { given: 0, busy: false }
         }
         fn memories(_: &allocator::Config) {}
-        fn moore(cfg: &allocator::Config, q: &SlowState, (): &()) -> Moore {
+        fn moore(cfg: &allocator::Config, q: &SlowState, _: &()) -> Moore {
             let free = q.given < cfg.sections;
             Moore { grant: Stream { valid: free && !q.busy, payload: q.given }, exhausted: !free }
         }

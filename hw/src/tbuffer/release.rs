@@ -13,7 +13,7 @@
 
 use pellucid_sim::Block;
 use pellucid_sim::fifo::after;
-use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for};
+use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct ReleaseQueue;
@@ -45,9 +45,10 @@ pub struct State {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// A section, taken where `ready` is high.
+    #[with(cfg.id_bits)]
     pub push: Stream<u32>,
     /// All open sections may go.
     pub commit: bool,
@@ -58,11 +59,12 @@ pub struct In {
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// There is room.
     pub ready: bool,
     /// A section that may go.
+    #[with(cfg.id_bits)]
     pub front: Stream<u32>,
     /// Nothing is in.
     pub empty: bool,
@@ -75,6 +77,7 @@ pub struct Mem {
     pub queue: Ram1R1W<u32>,
 }
 
+#[rtl(check(ReleaseQueue, Config { depth: 5, id_bits: 4 }))]
 impl Block for ReleaseQueue {
     type Config = Config;
     type State = State;

@@ -20,9 +20,11 @@ use super::release::{self, ReleaseQueue};
 use super::scan::{self, Scan};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::blender::{self, Blender, Sorted};
-use crate::pixel::Marked;
+use crate::pixel::{COLOUR_BITS, Marked, Z_BITS};
 use crate::sorter::{self, Arrived, Sorter};
-use pellucid_sim::{Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort};
+use pellucid_sim::{
+    Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
+};
 
 /// See the module's description.
 pub struct Resolve;
@@ -64,54 +66,73 @@ pub struct Mem {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// A frame is stored.
     pub start: bool,
     /// The SSA entry that was asked for.
+    #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
     /// The NSA entry that was asked for.
+    #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
     /// The occupancy words that were asked for.
+    #[with(*cfg)]
     pub occupancy: occupancy::Moore,
     /// The fragment that was asked for.
+    #[with(*cfg)]
     pub word: Read<Word>,
     /// The depth that was asked for.
+    #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The colour that was asked for.
+    #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// Reads an SSA entry.
+    #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Sets an SSA entry to NULL.
+    #[with((cfg.screen.pixel_bits(), *cfg))]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads an NSA entry.
+    #[with((cfg.id_bits(), *cfg))]
     pub nsa: Port<NsaEntry>,
     /// Reads and clears occupancy words.
+    #[with(*cfg)]
     pub scan: scan::Out,
     /// Reads a fragment.
+    #[with(*cfg)]
     pub read: Stream<Place>,
     /// Reads a pixel's opaque depth.
+    #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
     /// Reads a pixel's opaque colour.
+    #[with(cfg.screen.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a pixel's final colour.
+    #[with((cfg.screen.pixel_bits(), COLOUR_BITS))]
     pub colour_write: WritePort<u32>,
     /// A section that is given back; it is always taken.
+    #[with(cfg.release.id_bits)]
     pub release: Stream<u32>,
     /// Every pixel is written and every section given back.
     pub done: bool,
     /// Pixels to visit.
+    #[with(cfg.screen.pixel_bits())]
     pub pixel: Handshake<Marked<u32>>,
     /// Pixels with their chains.
+    #[with(*cfg)]
     pub chain: Handshake<Marked<Chain>>,
     /// Fragments that were read back.
+    #[with(cfg.sorter)]
     pub arrived: Handshake<Marked<Arrived>>,
     /// Fragments in blending order.
+    #[with(cfg.screen)]
     pub sorted: Handshake<Marked<Sorted>>,
     /// A chain is begun to be read.
     pub chain_begun: bool,
@@ -123,6 +144,10 @@ pub struct Out {
     pub blended: bool,
 }
 
+#[rtl(
+    check(Resolve, crate::test_util::small(true)),
+    check(Resolve, crate::test_util::small(false))
+)]
 impl Block for Resolve {
     type Config = Config;
     type State = State;

@@ -15,7 +15,7 @@
 use super::config::{Config, OCCUPANCY_BITS};
 use super::walk::{self, BitWalk};
 use crate::pixel::Marked;
-use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, bits_for};
+use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, bits_for, rtl};
 
 /// See the module's description.
 pub struct Scan;
@@ -59,38 +59,46 @@ impl Config {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// A frame is stored. Only while idle.
     pub start: bool,
     /// The summary word that was asked for.
+    #[with(OCCUPANCY_BITS)]
     pub summary: Read<u64>,
     /// The occupancy word that was asked for.
+    #[with(OCCUPANCY_BITS)]
     pub word: Read<u64>,
     /// The receiver takes a pixel.
     pub pixel_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// Pixels to visit.
+    #[with(cfg.screen.pixel_bits())]
     pub pixel: Stream<Marked<u32>>,
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// Reads a summary word.
+    #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// Clears a summary word.
+    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
     pub summary_clear: WritePort<u64>,
     /// Reads an occupancy word.
+    #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// Clears an occupancy word.
+    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
     pub word_clear: WritePort<u64>,
 }
 
+#[rtl(check(Scan, crate::test_util::small(true)), check(Scan, crate::test_util::small(false)))]
 impl Block for Scan {
     type Config = Config;
     type State = State;

@@ -12,19 +12,22 @@
 use super::config::Config;
 use super::tables::{Place, Word};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Ram1RW, Read, Stream, width_of};
+use pellucid_sim::{Memory, Ram1RW, Read, Signals, Stream, rtl};
 
 /// See the module's description.
 pub struct Sections;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Where a fragment is written.
+    #[with(*cfg)]
     pub write: Stream<Place>,
     /// The fragment.
+    #[with(*cfg)]
     pub word: Word,
     /// Where a fragment is read.
+    #[with(*cfg)]
     pub read: Stream<Place>,
 }
 
@@ -37,6 +40,7 @@ pub struct Mem {
     pub outside: Ram1RW<Word>,
 }
 
+#[rtl]
 impl Config {
     /// Whether a section lies in outside memory.
     #[inline(always)]
@@ -46,15 +50,18 @@ impl Config {
 }
 
 #[inline(always)]
+#[rtl]
 fn on_chip_address(cfg: &Config, place: Place) -> u32 {
     place.section * cfg.capacity + place.slot
 }
 
 #[inline(always)]
+#[rtl]
 fn outside_address(cfg: &Config, place: Place) -> u32 {
     (place.section - cfg.params.sections) * cfg.capacity + place.slot
 }
 
+#[rtl(check(Sections, crate::test_util::small(true)), check(Sections, crate::test_util::small(false)))]
 impl Block for Sections {
     type Config = Config;
     type State = ();
@@ -66,13 +73,12 @@ impl Block for Sections {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        let bits = width_of::<Word>(cfg);
         let params = &cfg.params;
         Mem {
-            on_chip: Ram1RW::new(params.sections * cfg.capacity, bits, 1),
+            on_chip: Ram1RW::new(params.sections * cfg.capacity, *cfg, 1),
             outside: Ram1RW::new(
                 params.outside_sections * cfg.capacity,
-                bits,
+                *cfg,
                 params.outside_latency,
             ),
         }

@@ -12,23 +12,30 @@
 use super::config::Config;
 use super::tables::SsaEntry;
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Stream, WritePort, width_of};
+use pellucid_sim::{
+    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+};
 
 /// See the module's description.
 pub struct Ssa;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// The store unit's read.
+    #[with(cfg.screen.pixel_bits())]
     pub store_read: ReadPort,
     /// The store unit's write.
+    #[with((cfg.screen.pixel_bits(), *cfg))]
     pub store_write: WritePort<SsaEntry>,
     /// Resolve's read.
+    #[with(cfg.screen.pixel_bits())]
     pub lookup_read: ReadPort,
     /// Resolve's write: NULL.
+    #[with((cfg.screen.pixel_bits(), *cfg))]
     pub lookup_write: WritePort<SsaEntry>,
     /// A pixel whose entry is set to NULL.
+    #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
 }
 
@@ -46,6 +53,7 @@ impl SsaEntry {
     }
 }
 
+#[rtl(check(Ssa, crate::test_util::small(true)), check(Ssa, crate::test_util::small(false)))]
 impl Block for Ssa {
     type Config = Config;
     type State = ();
@@ -57,8 +65,7 @@ impl Block for Ssa {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        let bits = width_of::<SsaEntry>(cfg);
-        Mem { table: Ram1R1W::new(cfg.screen.pixels(), bits, 1, ReadDuringWrite::New) }
+        Mem { table: Ram1R1W::new(cfg.screen.pixels(), *cfg, 1, ReadDuringWrite::New) }
     }
 
     #[inline(always)]

@@ -19,7 +19,7 @@ use super::config::Config;
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::pixel::{Marked, PixelFragment};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo};
+use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
 
 /// See the module's description.
 pub struct Store;
@@ -54,43 +54,55 @@ pub struct State {
 const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Transparent fragments in arrival order, then the end of the frame.
+    #[with(cfg.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
     /// The SSA entry that was asked for.
+    #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
     /// The NSA entry that was asked for.
+    #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
     /// A free section.
+    #[with(cfg.id_bits())]
     pub grant: Stream<u32>,
     /// No section is free.
     pub exhausted: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config)]
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// Reads an SSA entry.
+    #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Writes an SSA entry.
+    #[with((cfg.screen.pixel_bits(), *cfg))]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads or writes an NSA entry.
+    #[with((cfg.id_bits(), *cfg))]
     pub nsa: Port<NsaEntry>,
     /// A pixel whose occupancy bit may be set.
+    #[with(cfg.screen.pixel_bits())]
     pub occupancy_ask: Stream<u32>,
     /// The pixel that was asked for last is set.
+    #[with(cfg.screen.pixel_bits())]
     pub occupancy_set: Stream<u32>,
     /// Where the fragment is written.
+    #[with(*cfg)]
     pub place: Stream<Place>,
     /// What is written there.
+    #[with(*cfg)]
     pub word: Word,
     /// The granted section is taken.
     pub take: bool,
@@ -108,13 +120,16 @@ pub struct Out {
 #[derive(Memory)]
 pub struct Mem {
     /// Fragments that arrived.
-    pub queue: <Fifo<Marked<PixelFragment>> as Block>::Mem,
+    pub queue: <Queue as Block>::Mem,
 }
+
+type Queue = Fifo<Marked<PixelFragment>>;
 
 fn queue(cfg: &Config) -> fifo::Config<crate::pixel::Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
 }
 
+#[rtl(check(Store, crate::test_util::small(true)), check(Store, crate::test_util::small(false)))]
 impl Block for Store {
     type Config = Config;
     type State = State;
@@ -124,17 +139,17 @@ impl Block for Store {
     type Mem = Mem;
 
     fn reset(cfg: &Config) -> State {
-        let queue = Fifo::<Marked<PixelFragment>>::reset(&queue(cfg));
+        let queue = Queue::reset(&queue(cfg));
         State { queue, stage: Stream::idle(), fsm: Fsm::Start, at: 0 }
     }
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { queue: Fifo::<Marked<PixelFragment>>::memories(&queue(cfg)) }
+        Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
-        Moore { ready: Fifo::moore(&queue(cfg), &q.queue, &m.queue).ready }
+        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
@@ -230,7 +245,7 @@ impl Block for Store {
         let done = !at_hand || linked || o.dropped || (o.place.valid && !linking);
         if done {
             d.fsm = Fsm::Start;
-            let front = Fifo::moore(&queue(cfg), &q.queue, &m.queue).front;
+            let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
             d.stage = front;
             if front.valid && !front.payload.end {
                 o.ssa_read.read(front.payload.item.pixel);
@@ -238,7 +253,7 @@ impl Block for Store {
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: done };
-        Fifo::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         o
     }
 }

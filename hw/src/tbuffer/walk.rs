@@ -11,8 +11,8 @@
 //! number of every set bit (the word's number times [`OCCUPANCY_BITS`] plus its place), lowest first,
 //! and clears the word. One bit a cycle, or one word without any; the next word is looked up ahead.
 
-use super::config::{Config, OCCUPANCY_BITS};
-use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort};
+use super::config::{Config, OCCUPANCY_BITS, OCCUPANCY_SHIFT};
+use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct BitWalk;
@@ -32,36 +32,49 @@ pub struct State {
 }
 
 /// Inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// A word to visit.
+    #[with(cfg.word_bits())]
     pub word: Stream<u32>,
     /// The word that was asked for.
+    #[with(OCCUPANCY_BITS)]
     pub data: Read<u64>,
     /// The receiver takes a bit.
     pub bit_ready: bool,
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// Numbers of set bits.
+    #[with(cfg.walk_bits())]
     pub bit: Stream<u32>,
     /// No word is at hand or asked for.
     pub idle: bool,
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// The word to visit is taken.
     pub take: bool,
     /// Reads a word.
+    #[with(cfg.word_bits())]
     pub read: ReadPort,
     /// Clears a word.
+    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
     pub clear: WritePort<u64>,
 }
 
+impl Config {
+    /// Bits of the number of a bit that a walk finds.
+    pub fn walk_bits(&self) -> u32 {
+        self.word_bits() + OCCUPANCY_SHIFT
+    }
+}
+
+#[rtl(check(BitWalk, crate::test_util::small(true)))]
 impl Block for BitWalk {
     type Config = Config;
     type State = State;

@@ -4,6 +4,7 @@
 //! - [`macro@Memory`] makes a set of memories one.
 
 mod memory;
+mod rtl;
 mod signals;
 
 use proc_macro::TokenStream;
@@ -18,10 +19,11 @@ use syn::{DeriveInput, parse_macro_input};
 ///   field does not exist in this configuration: it must hold 0 and is not shown.
 /// - A field whose type takes a configuration of its own is given it by `#[with(cfg.part)]`.
 /// - An array field may name how many of its elements exist: `#[len(count)]`.
+/// - A field that only the simulator keeps is `#[unseen]`: it is no signal.
 ///
 /// On an enum without fields: the variants, numbered from 0 in order, with the fewest bits that
 /// hold the last of them.
-#[proc_macro_derive(Signals, attributes(signals, width, with, len))]
+#[proc_macro_derive(Signals, attributes(signals, width, with, len, unseen))]
 pub fn signals(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     signals::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
@@ -32,4 +34,22 @@ pub fn signals(input: TokenStream) -> TokenStream {
 pub fn memory(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     memory::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
+}
+
+/// Gives functions a second meaning: beside each, a twin that builds a netlist from the same tokens.
+///
+/// - On an `impl Block`: the block can be elaborated (`pellucid_sim::Netlist`). `name = "..."` names its
+///   module (default: the block's name in snake case); `state`, `input`, `moore` and `output = EXPR`
+///   give a bundle's configuration where it is not the block's own; each `check(TYPE, CONFIG)` makes a
+///   test that compares the source with the netlist on random registers and inputs.
+/// - On a function or an `impl` of functions: other twins can call them. Parameters by shared
+///   reference are configuration, all others hardware.
+///
+/// What is made of configuration, constants, literals and loop counters alone stays native Rust. What
+/// has no netlist form is refused at its token.
+#[proc_macro_attribute]
+pub fn rtl(options: TokenStream, item: TokenStream) -> TokenStream {
+    let options = parse_macro_input!(options as rtl::Options);
+    let item = parse_macro_input!(item as syn::Item);
+    rtl::expand(options, item).unwrap_or_else(|e| e.to_compile_error()).into()
 }

@@ -35,6 +35,7 @@ fn enumeration(input: &DeriveInput, e: &DataEnum) -> Result<TokenStream> {
     let name = &input.ident;
     let text = name.to_string();
     let variants: Vec<String> = e.variants.iter().map(|v| v.ident.to_string()).collect();
+    let idents: Vec<_> = e.variants.iter().map(|v| &v.ident).collect();
     let last = e.variants.len().max(2) - 1;
     let width = usize::BITS - last.leading_zeros();
     Ok(quote! {
@@ -47,6 +48,15 @@ fn enumeration(input: &DeriveInput, e: &DataEnum) -> Result<TokenStream> {
             }
             fn sample(&self, _: &(), to: &mut Vec<u64>) { to.push(*self as u64); }
             fn check(&self, _: &()) -> Result<(), ::pellucid_sim::Overflow> { Ok(()) }
+            fn restore(_: &(), from: &mut dyn Iterator<Item = u64>) -> Self {
+                let all = [#(#name::#idents),*];
+                all[from.next().unwrap_or_default() as usize % all.len()]
+            }
+        }
+        impl ::pellucid_sim::netlist::Lift for #name {
+            fn lift(self) -> ::pellucid_sim::netlist::Value {
+                ::pellucid_sim::netlist::Value::state::<Self>(self as u64)
+            }
         }
     })
 }
@@ -56,14 +66,19 @@ struct Part<'a> {
     field: &'a Field,
     cfg: TokenStream,
     len: Option<TokenStream>,
+    /// Only some elements exist.
+    partly: bool,
 }
 
 fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let Fields::Named(named) = fields else {
         return Err(Error::new_spanned(&input.ident, "signals need names: use named fields"));
     };
-    let parts: Vec<Part> = named.named.iter().map(part).collect::<Result<_>>()?;
-    let needs_cfg = named.named.iter().any(|f| !f.attrs.iter().all(|a| a.path().is_ident("doc")));
+    let unseen = |f: &Field| f.attrs.iter().any(|a| a.path().is_ident("unseen"));
+    let parts: Vec<Part> =
+        named.named.iter().filter(|f| !unseen(f)).map(part).collect::<Result<_>>()?;
+    let hidden: Vec<_> = named.named.iter().filter(|f| unseen(f)).map(|f| &f.ident).collect();
+    let needs_cfg = parts.iter().any(|p| !p.field.attrs.iter().all(|a| a.path().is_ident("doc")));
     let mut config: Type =
         if needs_cfg { syn::parse_quote!(Config) } else { syn::parse_quote!(()) };
     if let Some(a) = input.attrs.iter().find(|a| a.path().is_ident("signals")) {
@@ -106,9 +121,38 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
             },
         }
     });
+    let restore = parts.iter().map(|p| {
+        let (id, ty, cfg) = (&p.field.ident, element(&p.field.ty), &p.cfg);
+        let one = quote! { <#ty as ::pellucid_sim::Signals>::restore(#cfg, from) };
+        match &p.len {
+            Some(len) if p.partly => quote! {
+                #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { Default::default() })
+            },
+            Some(_) => quote! { #id: ::core::array::from_fn(|_| #one) },
+            None => quote! { #id: #one },
+        }
+    });
+    let lift = parts.iter().map(|p| {
+        let (id, name) = (&p.field.ident, field_name(p.field));
+        quote! { (#name, ::pellucid_sim::netlist::Lift::lift(self.#id)) }
+    });
     let name = &input.ident;
-    let (impl_generics, ty_generics, where_clause) = input.generics.split_for_impl();
+    // A field of a type that is a parameter must have signals itself.
+    let mut generics = input.generics.clone();
+    let parameters: Vec<_> = input.generics.type_params().map(|p| p.ident.clone()).collect();
+    for part in &parts {
+        let ty = element(&part.field.ty);
+        if matches!(ty, Type::Path(p) if parameters.iter().any(|id| p.path.is_ident(id))) {
+            generics.make_where_clause().predicates.push(syn::parse_quote!(#ty: ::pellucid_sim::Signals));
+        }
+    }
+    let (impl_generics, ty_generics, where_clause) = generics.split_for_impl();
     Ok(quote! {
+        impl #impl_generics ::pellucid_sim::netlist::Lift for #name #ty_generics #where_clause {
+            fn lift(self) -> ::pellucid_sim::netlist::Value {
+                ::pellucid_sim::netlist::Value::record([#(#lift),*])
+            }
+        }
         #[allow(unused_variables)]
         impl #impl_generics ::pellucid_sim::Signals for #name #ty_generics #where_clause {
             type Config = #config;
@@ -119,6 +163,9 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
             }
             fn sample(&self, cfg: &#config, to: &mut Vec<u64>) { #(#sample)* }
             fn check(&self, cfg: &#config) -> Result<(), ::pellucid_sim::Overflow> { #(#check)* Ok(()) }
+            fn restore(cfg: &#config, from: &mut dyn Iterator<Item = u64>) -> Self {
+                #name { #(#restore,)* #(#hidden: Default::default(),)* }
+            }
         }
     })
 }
@@ -153,6 +200,7 @@ fn part(field: &Field) -> Result<Part<'_>> {
         }
         (None, None) => quote!(&()),
     };
+    let partly = len.is_some();
     let len = match (&field.ty, len) {
         (Type::Array(_), Some(l)) => Some(quote!(#l)),
         (Type::Array(a), None) => {
@@ -162,5 +210,5 @@ fn part(field: &Field) -> Result<Part<'_>> {
         (_, Some(_)) => return Err(Error::new(Span::call_site(), "#[len] is for arrays")),
         (_, None) => None,
     };
-    Ok(Part { field, cfg, len })
+    Ok(Part { field, cfg, len, partly })
 }

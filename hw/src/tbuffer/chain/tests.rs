@@ -108,7 +108,7 @@ impl Bench {
         let mut sections = sections.iter().copied();
         let mut bench = Bench {
             sim: Sim::new(cfg),
-            nsa: Ram1RW::new(NULL, 64, 1),
+            nsa: Ram1RW::new(NULL, cfg, 1),
             words: BTreeMap::new(),
             chains: vec![],
             used: vec![],

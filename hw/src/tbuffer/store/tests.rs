@@ -52,8 +52,8 @@ impl Bench {
         let Screen { width, height, .. } = cfg.screen;
         let null = SsaEntry { head: SECTIONS, tail: 0, fill: 0 };
         Bench {
-            ssa: holding(&vec![null; (width * height) as usize], ReadDuringWrite::New),
-            nsa: Ram1RW::new(SECTIONS, 64, 1),
+            ssa: holding(&vec![null; (width * height) as usize], cfg, ReadDuringWrite::New),
+            nsa: Ram1RW::new(SECTIONS, cfg, 1),
             asked: None,
             occupied: BTreeSet::new(),
             sections: BTreeMap::new(),

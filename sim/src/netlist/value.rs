@@ -1,0 +1,473 @@
+//! Hardware values: what a variable of a next-state function is while a netlist is built from it.
+//!
+//! A value is a wire or a bundle of values by name or by number. Where two branches meet, a value is
+//! chosen field by field ([`Value::choose`]).
+
+use super::node::{Node, Type};
+use crate::signals::{Declare, Kind, Signals};
+use std::rc::Rc;
+
+/// See the module's description.
+#[derive(Clone, Debug)]
+pub enum Value {
+    /// All bits 0, whatever the shape: a default.
+    Zero,
+    /// Without meaning, whatever the shape: the address of a port that is not used.
+    Unused,
+    /// A wire.
+    Wire(Node),
+    /// Values by name; one that is missing is zero.
+    Record(Rc<Record>),
+    /// Values by number: an array or a tuple.
+    List(Rc<Vec<Value>>),
+    /// The registers or memories of a child after [`super::next`]: it is clocked where the wire is 1.
+    Clocked(Node),
+}
+
+/// A bundle of values.
+#[derive(Clone, Debug, Default)]
+pub struct Record {
+    /// Where it lies among the registers or memories of its block, if it is one of them.
+    pub place: Option<Rc<str>>,
+    fields: Vec<(Rc<str>, Value)>,
+}
+
+/// One step from a value to a part of it.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// To a field.
+    Field(&'static str),
+    /// To an element, whose number may be a wire.
+    Element(Value),
+}
+
+impl Value {
+    /// A bundle of fields.
+    pub fn record(fields: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+        let fields = fields.into_iter().map(|(name, value)| (name.into(), value)).collect();
+        Value::Record(Rc::new(Record { place: None, fields }))
+    }
+    /// `self` with other values for some of its fields.
+    pub fn updated(self, fields: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+        let mut value = self;
+        for (name, field) in fields {
+            value.put(name, field);
+        }
+        value
+    }
+    /// An array or a tuple.
+    pub fn list(values: impl IntoIterator<Item = Value>) -> Value {
+        Value::List(Rc::new(values.into_iter().collect()))
+    }
+    /// An integer literal.
+    pub fn literal(value: u64) -> Value {
+        Value::Wire(Node::number(value, Type::Literal))
+    }
+
+    /// A state by its number.
+    pub fn state<T: Signals<Config = ()>>(number: u64) -> Value {
+        let shape = Shape::of(|to| T::declare(&(), "", to));
+        let leaf = &shape.leaves[0];
+        Value::Wire(Node::constant(number, leaf.width, Type::of(leaf.kind)))
+    }
+
+    /// Where it lies among its block's registers or memories.
+    pub fn place(&self) -> Option<Rc<str>> {
+        match self {
+            Value::Record(record) => record.place.clone(),
+            _ => None,
+        }
+    }
+
+    /// Its only wire.
+    ///
+    /// # Panics
+    /// If it is a bundle.
+    pub fn wire(&self) -> Node {
+        match self {
+            Value::Wire(node) | Value::Clocked(node) => *node,
+            Value::Zero | Value::Unused => Node::number(0, Type::Literal),
+            Value::Record(_) | Value::List(_) => panic!("one wire is expected here: {self:?}"),
+        }
+    }
+
+    /// One of its fields.
+    pub fn field(&self, name: &str) -> Value {
+        match self {
+            Value::Zero => Value::Zero,
+            Value::Unused => Value::Unused,
+            Value::Record(record) => {
+                let found = record.fields.iter().find(|(field, _)| **field == *name);
+                found.map_or(Value::Zero, |(_, value)| value.clone())
+            }
+            other => panic!("`.{name}` of {other:?}: the next state of a child is not to be read"),
+        }
+    }
+
+    fn put(&mut self, name: &str, value: Value) {
+        match self {
+            Value::Record(record) => {
+                let fields = &mut Rc::make_mut(record).fields;
+                match fields.iter_mut().find(|(field, _)| **field == *name) {
+                    Some((_, place)) => *place = value,
+                    None => fields.push((name.into(), value)),
+                }
+            }
+            _ => {
+                let fields = vec![(name.into(), value)];
+                *self = Value::Record(Rc::new(Record { place: None, fields }));
+            }
+        }
+    }
+
+    /// One of its elements.
+    pub fn at(&self, index: Value) -> Value {
+        let Value::List(values) = self else { return self.clone() };
+        let index = index.wire();
+        if let Some(k) = index.known() {
+            return values.get(k as usize).cloned().unwrap_or(Value::Zero);
+        }
+        // The last element needs no test: an index beyond it does not occur.
+        let Some((last, others)) = values.split_last() else { return Value::Zero };
+        others.iter().enumerate().rev().fold(last.clone(), |rest, (k, value)| {
+            let here = index.equals(Node::number(k as u64, Type::Literal));
+            Value::choose(here, value.clone(), rest)
+        })
+    }
+
+    /// Its elements, for a loop over them.
+    pub fn elements(&self) -> Vec<Value> {
+        match self {
+            Value::List(values) => values.to_vec(),
+            _ => vec![],
+        }
+    }
+
+    /// A bundle without fields that holds everything else of a block.
+    pub(super) fn at_root() -> Value {
+        Value::Record(Rc::new(Record { place: Some("".into()), fields: vec![] }))
+    }
+
+    /// The part at `path` among a block's registers or memories.
+    pub(super) fn placed(&self, path: &str) -> Value {
+        let mut names = path.split('.').filter(|name| !name.is_empty());
+        names.try_fold(self.clone(), |value, name| match value {
+            Value::Clocked(_) => Err(value),
+            _ => Ok(match element(name) {
+                (name, None) => value.field(name),
+                (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
+            }),
+        })
+        .unwrap_or_else(|clocked| clocked)
+    }
+
+    /// Puts `ports` at `path`, and tells them and the bundles on the way where they lie.
+    pub(super) fn insert(&mut self, path: &str, ports: Value) {
+        let fields = match ports {
+            Value::Record(record) => record.fields.clone(),
+            _ => vec![],
+        };
+        let leaf = Value::Record(Rc::new(Record { place: Some(path.into()), fields }));
+        let Some((parent, name)) = path.rsplit_once('.').or((!path.is_empty()).then_some(("", path)))
+        else {
+            *self = leaf;
+            return;
+        };
+        let mut bundle = match self.placed(parent) {
+            Value::Record(record) => Value::Record(record),
+            _ => Value::Zero,
+        };
+        bundle.put(name, leaf);
+        if parent.is_empty() {
+            *self = bundle;
+        } else {
+            self.insert(parent, bundle);
+        }
+    }
+
+    /// The part that `steps` lead to.
+    pub fn part(&self, steps: &[Step]) -> Value {
+        steps.iter().fold(self.clone(), |value, step| match step {
+            Step::Field(name) => value.field(name),
+            Step::Element(index) => value.at(index.clone()),
+        })
+    }
+
+    /// Puts another value where `steps` lead to.
+    pub fn set(&mut self, steps: &[Step], new: Value) {
+        match steps.split_first() {
+            None => *self = new,
+            Some((Step::Field(name), rest)) => {
+                let mut field = self.field(name);
+                field.set(rest, new);
+                self.put(name, field);
+            }
+            Some((Step::Element(index), rest)) => {
+                let Value::List(values) = self else { panic!("{self:?} has no elements") };
+                let index = index.wire();
+                for (value, k) in Rc::make_mut(values).iter_mut().zip(0..) {
+                    let here = index.equals(Node::number(k, Type::Literal));
+                    if here.known() != Some(0) {
+                        let mut changed = value.clone();
+                        changed.set(rest, new.clone());
+                        *value = Value::choose(here, changed, value.clone());
+                    }
+                }
+            }
+        }
+    }
+
+    /// `a` where `cond` is 1, else `b`.
+    pub fn choose(cond: Node, a: Value, b: Value) -> Value {
+        match (&a, &b) {
+            (Value::Clocked(x), Value::Clocked(y)) => Value::Clocked(cond.mux(*x, *y)),
+            (Value::Clocked(x), _) => Value::Clocked(cond.and(*x)),
+            (_, Value::Clocked(y)) => Value::Clocked(cond.not().and(*y)),
+            (Value::Unused, _) => b,
+            (_, Value::Unused) => a,
+            (Value::Zero, Value::Zero) => Value::Zero,
+            (Value::Wire(x), Value::Wire(y)) => Value::Wire(cond.mux(*x, *y)),
+            (Value::Wire(x), Value::Zero) => {
+                Value::Wire(cond.mux(*x, Node::constant(0, x.width(), x.ty())))
+            }
+            (Value::Zero, Value::Wire(y)) => {
+                Value::Wire(cond.mux(Node::constant(0, y.width(), y.ty()), *y))
+            }
+            (Value::Record(x), Value::Record(y)) if Rc::ptr_eq(x, y) => a,
+            (Value::Record(x), _) | (Value::Zero, Value::Record(x)) => {
+                let mut names: Vec<Rc<str>> = x.fields.iter().map(|(n, _)| n.clone()).collect();
+                if let Value::Record(y) = &b {
+                    let more = y.fields.iter().map(|(n, _)| n);
+                    names.extend(more.filter(|n| !x.fields.iter().any(|(m, _)| m == *n)).cloned());
+                }
+                let fields = names
+                    .into_iter()
+                    .map(|name| {
+                        let chosen = Value::choose(cond, a.field(&name), b.field(&name));
+                        (name, chosen)
+                    })
+                    .collect();
+                Value::Record(Rc::new(Record { place: x.place.clone(), fields }))
+            }
+            (Value::List(x), Value::List(y)) if Rc::ptr_eq(x, y) => a,
+            (Value::List(x), _) | (Value::Zero, Value::List(x)) => {
+                let number = |k: usize| Value::literal(k as u64);
+                let chosen = |k| Value::choose(cond, a.at(number(k)), b.at(number(k)));
+                Value::list((0..x.len()).map(chosen))
+            }
+            _ => panic!("two branches give values of two shapes: {a:?} and {b:?}"),
+        }
+    }
+
+    /// Gives its wires the name `name`, those of a bundle with their own behind it.
+    pub fn named(self, name: &str) -> Value {
+        match &self {
+            Value::Wire(node) => node.named(name),
+            Value::Record(record) => {
+                for (field, value) in &record.fields {
+                    value.clone().named(&format!("{name}_{field}"));
+                }
+            }
+            Value::List(values) => {
+                for (k, value) in values.iter().enumerate() {
+                    value.clone().named(&format!("{name}_{k}"));
+                }
+            }
+            Value::Zero | Value::Unused | Value::Clocked(_) => {}
+        }
+        self
+    }
+}
+
+/// What becomes a hardware value: every type with signals, integers and tuples of them.
+pub trait Lift {
+    /// As a hardware value; what is known while the netlist is built is constant in it.
+    fn lift(self) -> Value;
+}
+
+impl Lift for Value {
+    fn lift(self) -> Value {
+        self
+    }
+}
+impl Lift for () {
+    fn lift(self) -> Value {
+        Value::Zero
+    }
+}
+impl Lift for bool {
+    fn lift(self) -> Value {
+        Value::Wire(Node::flag(self))
+    }
+}
+macro_rules! integers {
+    ($($t:ty: $bits:expr),*) => { $(
+        impl Lift for $t {
+            fn lift(self) -> Value {
+                Value::Wire(Node::number(self as u64, Type::Integer($bits)))
+            }
+        }
+    )* };
+}
+integers!(u8: 8, u16: 16, u32: 32, u64: 64, usize: 64);
+impl<T: Lift, const N: usize> Lift for [T; N] {
+    fn lift(self) -> Value {
+        Value::list(self.map(T::lift))
+    }
+}
+macro_rules! tuples {
+    ($($($t:ident $n:tt),+;)*) => { $(
+        impl<$($t: Lift),+> Lift for ($($t,)+) {
+            fn lift(self) -> Value {
+                Value::list([$(self.$n.lift()),+])
+            }
+        }
+    )* };
+}
+tuples! { A 0, B 1; A 0, B 1, C 2; A 0, B 1, C 2, D 3; }
+
+/// How an argument that is known while the netlist is built goes to a twin: configuration as it is,
+/// anything else as a hardware value.
+pub trait Pass<T> {
+    /// As the parameter's type wants it.
+    fn pass(self) -> T;
+}
+impl<'a, T> Pass<&'a T> for &'a T {
+    fn pass(self) -> &'a T {
+        self
+    }
+}
+impl<T: Lift> Pass<Value> for T {
+    fn pass(self) -> Value {
+        self.lift()
+    }
+}
+
+/// One signal of a [`Shape`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leaf {
+    /// Its path: `payload.item.z`, `entries[3].z`.
+    pub path: String,
+    /// How many bits.
+    pub width: u32,
+    /// What they mean.
+    pub kind: Kind,
+}
+
+/// The form of a bundle: its signals in the order of their declaration, and how they nest.
+#[derive(Clone, Debug, Default)]
+pub struct Shape {
+    /// Every signal.
+    pub leaves: Vec<Leaf>,
+    root: Option<Form>,
+    path: Vec<(String, Vec<(String, Form)>)>,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    Leaf(usize),
+    Record(Vec<(String, Form)>),
+}
+
+/// A field's name, and the number if it is an array's element: `x[3]` is `x` and 3.
+fn element(name: &str) -> (&str, Option<usize>) {
+    match name.strip_suffix(']').and_then(|n| n.split_once('[')) {
+        Some((array, k)) => (array, k.parse().ok()),
+        None => (name, None),
+    }
+}
+
+impl Shape {
+    /// The form of what `declare` declares.
+    pub fn of(declare: impl FnOnce(&mut dyn Declare)) -> Shape {
+        let mut shape = Shape::default();
+        declare(&mut shape);
+        shape
+    }
+
+    fn add(&mut self, name: &str, form: Form) {
+        match self.path.last_mut() {
+            Some((_, fields)) => fields.push((name.to_string(), form)),
+            None => self.root = Some(form),
+        }
+    }
+
+    fn path_of(&self, name: &str) -> String {
+        let opened = self.path.iter().map(|(n, _)| n.as_str());
+        opened.chain([name]).filter(|n| !n.is_empty()).collect::<Vec<_>>().join(".")
+    }
+
+    /// A value of this form whose wire of signal `k` is `wire(k)`. If `placed`, its bundles know
+    /// their paths.
+    pub fn build(&self, placed: bool, wire: &mut dyn FnMut(usize) -> Node) -> Value {
+        match &self.root {
+            Some(form) => build(form, "", placed, wire),
+            None => Value::Zero,
+        }
+    }
+
+    /// The wires of `value`, one for each signal.
+    pub fn wires(&self, value: &Value) -> Vec<Value> {
+        let mut wires = vec![Value::Zero; self.leaves.len()];
+        if let Some(form) = &self.root {
+            gather(form, value, &mut wires);
+        }
+        wires
+    }
+}
+
+fn build(form: &Form, path: &str, placed: bool, wire: &mut dyn FnMut(usize) -> Node) -> Value {
+    let fields = match form {
+        Form::Leaf(k) => return Value::Wire(wire(*k)),
+        Form::Record(fields) => fields,
+    };
+    let mut record = Record { place: placed.then(|| path.into()), fields: vec![] };
+    for (name, form) in fields {
+        let value = build(form, &crate::join(path, name), placed, wire);
+        match element(name) {
+            (name, None) => record.fields.push((name.into(), value)),
+            (array, Some(_)) => match record.fields.last_mut() {
+                Some((last, Value::List(values))) if **last == *array => {
+                    Rc::make_mut(values).push(value);
+                }
+                _ => record.fields.push((array.into(), Value::list([value]))),
+            },
+        }
+    }
+    Value::Record(Rc::new(record))
+}
+
+fn gather(form: &Form, value: &Value, wires: &mut [Value]) {
+    match form {
+        Form::Leaf(k) => wires[*k] = value.clone(),
+        Form::Record(fields) => {
+            for (name, form) in fields {
+                if matches!(value, Value::Clocked(_)) {
+                    continue;
+                }
+                let part = match element(name) {
+                    (name, None) => value.field(name),
+                    (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
+                };
+                gather(form, &part, wires);
+            }
+        }
+    }
+}
+
+impl Declare for Shape {
+    fn open(&mut self, name: &str) {
+        self.path.push((name.to_string(), vec![]));
+    }
+    fn close(&mut self) {
+        if let Some((name, fields)) = self.path.pop() {
+            self.add(&name, Form::Record(fields));
+        }
+    }
+    fn signal(&mut self, name: &str, width: u32, kind: Kind) {
+        let path = self.path_of(name);
+        let form = Form::Leaf(self.leaves.len());
+        self.leaves.push(Leaf { path, width, kind });
+        self.add(name, form);
+    }
+}
