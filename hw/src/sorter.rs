@@ -131,7 +131,7 @@ pub struct Moore {
 
 #[rtl(
     check(Sorter, Config { depth: 1, screen: crate::test_util::screen(3, 3), layer_bits: 3 }),
-    check(Sorter, Config { depth: 5, screen: crate::test_util::screen(3, 3), layer_bits: 4 })
+    check(Sorter, Config { depth: 7, screen: crate::test_util::screen(3, 3), layer_bits: 4 })
 )]
 impl Block for Sorter {
     type Config = Config;

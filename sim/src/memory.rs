@@ -104,7 +104,7 @@ pub enum FaultKind {
     /// Read and write of one word in one cycle, in a memory that does not allow it (checked in debug
     /// builds).
     ReadDuringWrite(u32),
-    /// A register holds more than its bits can (checked in debug builds).
+    /// A register or a word that is written holds more than its bits can (checked in debug builds).
     Overflow(crate::Overflow),
 }
 

@@ -196,6 +196,11 @@ impl<T: Signals + Default> Words<T> {
     #[inline(always)]
     fn store(&mut self, addr: u32, data: T) {
         self.writes += 1;
+        if cfg!(debug_assertions)
+            && let Err(overflow) = data.check(&self.item)
+        {
+            self.fail(FaultKind::Overflow(overflow));
+        }
         match self.words.get_mut(addr as usize) {
             Some(word) => *word = data,
             None => self.grow(addr, data),
