@@ -1,7 +1,9 @@
 //! What every architecture shows to the outside: frames of fragments in, images out.
 
 use crate::pixel::{Fragment, Marked, Screen};
-use pellucid_sim::{Block, Deadlock, Figure, Handshake, Signals, StorageInfo, Stream, Violation};
+use pellucid_sim::{
+    Block, Deadlock, Figure, Handshake, Netlist, Signals, StorageInfo, Stream, Violation,
+};
 
 /// What a machine is at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -42,7 +44,7 @@ pub struct Ports {
 }
 
 /// An architecture: a block that takes frames, with the monitor that watches it.
-pub trait Machine: Block<In = Frame, Out: Signals> {
+pub trait Machine: Netlist + Block<In = Frame, Out: Signals> {
     /// Watches it.
     type Monitor: Monitor<Self>;
     /// What the outside sees.

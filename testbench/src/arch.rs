@@ -1,6 +1,7 @@
 //! The architectures that a user can name.
 
 use crate::bench::{Bench, BenchError};
+use crate::stimulus::Stimulus;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::source::Source;
@@ -12,7 +13,8 @@ use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
 use pellucid_sim::Signals;
-use std::path::PathBuf;
+use pellucid_sim::netlist::{Module, elaborate};
+use std::path::{Path, PathBuf};
 
 /// An architecture.
 pub struct Architecture {
@@ -168,6 +170,20 @@ pub trait Runnable {
     /// # Errors
     /// See [`BenchError`].
     fn run(&self, job: Job) -> Result<Outcome, BenchError>;
+    /// The machine as a netlist.
+    fn netlist(&self) -> Module;
+    /// Plays a frame as `stimulus` says and writes the ports of every cycle to the file `path`; how many
+    /// cycles that took.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    fn record(
+        &self,
+        netlist: &Module,
+        source: &Source,
+        stimulus: Stimulus,
+        path: &Path,
+    ) -> Result<u64, BenchError>;
     /// What a run must have counted: see [`Machine::closed_forms`].
     fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check>;
 }
@@ -212,6 +228,24 @@ where
             unreachable!("the end of a frame waits for its image");
         });
         Ok(Outcome { image, tally: bench.tally() })
+    }
+
+    fn netlist(&self) -> Module {
+        elaborate::<M>(&self.cfg)
+    }
+
+    fn record(
+        &self,
+        netlist: &Module,
+        source: &Source,
+        stimulus: Stimulus,
+        path: &Path,
+    ) -> Result<u64, BenchError> {
+        let mut bench = Bench::<M>::new(self.cfg);
+        bench.record_ports(path, netlist)?;
+        stimulus.play(&mut bench, source)?;
+        bench.finish_ports()?;
+        Ok(bench.cycles())
     }
 
     fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check> {

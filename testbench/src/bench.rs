@@ -7,7 +7,9 @@ use crate::window::{Follow, Window};
 use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
+use pellucid_sim::netlist::Module;
 use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_verilog::bench::Vectors;
 use pellucid_waveforms::Vcd;
 use std::path::{Path, PathBuf};
 
@@ -65,6 +67,27 @@ impl Wave {
     }
 }
 
+/// The ports of every cycle, being written.
+struct Recording {
+    vectors: Vectors<AtomicFile>,
+    path: PathBuf,
+    inputs: Vec<u64>,
+    outputs: Vec<u64>,
+}
+
+impl Recording {
+    #[inline(never)]
+    fn show<M: Machine>(&mut self, i: &Frame, cycle: &Cycle<M>) -> Result<(), OutputError> {
+        let numbers = M::numbers();
+        self.inputs.clear();
+        self.outputs.clear();
+        (numbers.input)(cycle.cfg, i, &mut self.inputs);
+        (numbers.out)(cycle.cfg, &cycle.out, &mut self.outputs);
+        let shown = self.vectors.cycle(&self.inputs, &self.outputs);
+        shown.map_err(|e| OutputError::write(&self.path, &e))
+    }
+}
+
 /// See the module's description.
 pub struct Bench<M: Machine>
 where
@@ -81,6 +104,7 @@ where
     ready_at: Option<u64>,
     phase: Phase,
     wave: Option<Wave>,
+    recording: Option<Recording>,
     display: Option<Box<dyn FnMut(u64) -> bool>>,
 }
 
@@ -102,6 +126,7 @@ where
             ready_at: None,
             phase: Phase::Clear,
             wave: None,
+            recording: None,
             display: None,
         }
     }
@@ -135,6 +160,32 @@ where
         Ok(())
     }
 
+    /// Writes the inputs and outputs of every cycle from now on to the file `path`, for the machine's
+    /// netlist.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn record_ports(&mut self, path: &Path, netlist: &Module) -> Result<(), OutputError> {
+        let vectors = Vectors::new(netlist, AtomicFile::create(path)?);
+        let (inputs, outputs) = (vec![], vec![]);
+        self.recording = Some(Recording { vectors, path: path.to_owned(), inputs, outputs });
+        Ok(())
+    }
+
+    /// Ends what [`Bench::record_ports`] began.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish_ports(&mut self) -> Result<(), OutputError> {
+        match self.recording.take() {
+            None => Ok(()),
+            Some(Recording { vectors, path, .. }) => match vectors.finish() {
+                Ok(file) => file.finish(),
+                Err(error) => Err(OutputError::write(&path, &error)),
+            },
+        }
+    }
+
     /// One cycle in which `fragment` is offered; whether it was taken.
     ///
     /// # Errors
@@ -146,7 +197,8 @@ where
             None => true,
             Some(ready) => ready(at),
         };
-        let cycle = self.sim.clock(Frame { fragment, image_ready })?;
+        let frame = Frame { fragment, image_ready };
+        let cycle = self.sim.clock(frame)?;
         self.monitor.observe(cycle.cfg, cycle.q, &cycle.out)?;
         if cfg!(debug_assertions)
             && let Err(overflow) = cycle.out.check(cycle.cfg)
@@ -157,6 +209,9 @@ where
         if ports.phase != self.phase {
             self.phase = ports.phase;
             self.ready_at.get_or_insert(at);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.show(&frame, &cycle)?;
         }
         if let Some(wave) = &mut self.wave {
             let shown = match self.ready_at {
@@ -216,11 +271,20 @@ where
 
     /// Reset in mid-flight: whatever frame is under way is lost, and the machine clears its memories
     /// before it is ready again. Counts begin anew.
-    pub fn reset(&mut self) {
+    ///
+    /// # Errors
+    /// The recording of the ports cannot be written.
+    pub fn reset(&mut self) -> Result<(), OutputError> {
         self.sim.reset();
         self.monitor = M::Monitor::new(self.sim.config());
         self.pixels.clear();
         self.phase = Phase::Clear;
+        match &mut self.recording {
+            None => Ok(()),
+            Some(Recording { vectors, path, .. }) => {
+                vectors.reset().map_err(|e| OutputError::write(path, &e))
+            }
+        }
     }
 
     /// The images that have been shown, in order; they are taken out.

@@ -16,6 +16,7 @@ use pellucid_testbench::progress::Progress;
 use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
+use pellucid_testbench::stimulus::chosen;
 use proptest::prelude::*;
 
 type Buffer = TBuffer<FreeList>;
@@ -42,11 +43,6 @@ struct Setup {
 struct Run {
     images: Vec<Image>,
     tally: Tally,
-}
-
-/// Whether number `n` of a fixed, irregular sequence is one of the `of_eight` that are chosen.
-fn chosen(n: u64, of_eight: u64) -> bool {
-    n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < of_eight
 }
 
 impl Setup {
@@ -280,7 +276,7 @@ proptest! {
                 items.next();
             }
         }
-        bench.reset();
+        bench.reset().unwrap();
         bench.take_images();
         for fragment in &frame {
             tried(bench.send(Marked::item(*fragment)))?;

@@ -377,6 +377,9 @@ impl Node {
     }
     /// `self >> other`.
     pub fn shr(self, other: Node) -> Node {
+        if other.known() == Some(0) {
+            return self;
+        }
         let least = other.known().unwrap_or(0).min(64) as u32;
         let width = self.width().saturating_sub(least);
         if width == 0 {

@@ -3,7 +3,9 @@
 //! 0: done and exact. 1: the run's result is wrong or lossy. 2: bad input or usage. 130: stopped by a
 //! signal; what was not complete has been removed.
 
+mod export;
 mod list;
+mod machine;
 mod run;
 mod trace;
 
@@ -43,6 +45,8 @@ struct Cli {
 enum Command {
     /// Sends one frame through one architecture; leaves image, figures and waveform
     Run(run::RunArgs),
+    /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
+    Export(export::ExportArgs),
     /// Writes a scene's fragments to a trace file
     Trace(trace::TraceArgs),
     /// Lists architectures with their parameters, and scenes
@@ -97,6 +101,7 @@ pub fn main() -> ExitCode {
     let _ = ctrlc::set_handler(stop);
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
+        Command::Export(args) => export::export(&args),
         Command::Trace(args) => trace::trace(&args),
         Command::List(args) => list::list(&args),
     };

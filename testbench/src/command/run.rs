@@ -1,38 +1,27 @@
 //! `pellucid run`: one frame through one architecture.
 
+use super::machine::MachineArgs;
 use super::{SceneArgs, complain, say, tell};
-use crate::arch::{Architecture, Job, Setting};
+use crate::arch::Job;
 use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
-use crate::output::{create_dir, reason};
+use crate::output::create_dir;
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::window::{DEFAULT_WINDOWS, Window};
-use anyhow::{anyhow, bail};
 use clap::Args;
 use comfy_table::Table;
 use pellucid_hw::machine::Census;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub(super) struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The architecture (see `pellucid list`)
-    #[arg(long, default_value = "tbuffer", value_name = "NAME")]
-    arch: String,
-    /// A named set of parameters [default: the architecture's first]
-    #[arg(long, value_name = "NAME")]
-    preset: Option<String>,
-    /// Parameters from a TOML file of lines `name = value`; they go over the preset's
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
-    /// A parameter of the architecture; goes over the file's; may be given several times, the last
-    /// value of a parameter counts
-    #[arg(short, long = "param", value_name = "NAME=VALUE")]
-    param: Vec<String>,
+    #[command(flatten)]
+    machine: MachineArgs,
     /// The folder for image.png, stats.json, stats.csv and wave.vcd
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
     out: PathBuf,
@@ -56,10 +45,10 @@ pub(super) struct RunArgs {
 
 /// Runs; whether the result is exact.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
-    let arch = Architecture::named(&args.arch)?;
+    let arch = args.machine.arch()?;
     let source = args.scene.open()?;
     let screen = source.screen();
-    let machine = arch.build(screen, args.preset.as_deref(), &settings(args)?)?;
+    let machine = args.machine.build(screen)?;
     create_dir(&args.out)?;
 
     let reference = golden(&source, args.quiet)?;
@@ -148,45 +137,4 @@ enum PlayError {
     Source(#[from] SourceError),
     #[error(transparent)]
     Golden(#[from] GoldenError),
-}
-
-/// The settings of the file, then those of the command line.
-fn settings(args: &RunArgs) -> anyhow::Result<Vec<Setting>> {
-    let mut settings = match &args.config {
-        Some(path) => file_settings(path)?,
-        None => vec![],
-    };
-    for text in &args.param {
-        let Some((name, value)) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty())
-        else {
-            bail!("-p {text}: expected NAME=VALUE");
-        };
-        let (name, value) = (name.trim().to_string(), value.trim().to_string());
-        settings.push(Setting { name, value, origin: format!("-p {text}") });
-    }
-    Ok(settings)
-}
-
-fn file_settings(path: &Path) -> anyhow::Result<Vec<Setting>> {
-    let shown = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| anyhow!("cannot read `{shown}`: {}", reason(&e)))?;
-    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        anyhow!("`{shown}`, line {}: {}", before.matches('\n').count() + 1, error.message())
-    })?;
-    let mut settings = vec![];
-    for (name, value) in table {
-        let value = match value {
-            toml::Value::Integer(n) => n.to_string(),
-            toml::Value::String(s) => s,
-            other => bail!(
-                "`{shown}`, key `{name}`: found {}, expected a number or a string",
-                other.type_str()
-            ),
-        };
-        let origin = format!("`{shown}`, key `{name}`");
-        settings.push(Setting { name, value, origin });
-    }
-    Ok(settings)
 }

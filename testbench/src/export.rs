@@ -1,0 +1,90 @@
+//! A machine as a folder of Verilog with its lock-step testbench.
+
+use crate::arch::Runnable;
+use crate::bench::BenchError;
+use crate::output::{AtomicFile, OutputError};
+use crate::source::Source;
+use crate::stimulus::Stimulus;
+use pellucid_hw::params::Value;
+use pellucid_hw::pixel::Screen;
+use pellucid_sim::netlist::Module;
+use pellucid_verilog::{File, bench::testbench, files};
+use std::io::Write;
+use std::path::Path;
+
+/// The testbench's module.
+pub const TESTBENCH: &str = "lockstep_tb";
+/// The recorded run.
+pub const VECTORS: &str = "vectors.txt";
+/// The list of source files, as simulators take it.
+pub const LIST: &str = "files.f";
+
+/// What an export came to.
+pub struct Exported {
+    /// Files of modules.
+    pub modules: usize,
+    /// Cycles that were recorded.
+    pub cycles: u64,
+}
+
+/// The first lines of every file: what was exported.
+fn about(arch: &str, screen: Screen, values: &[(&'static str, Value)]) -> Vec<String> {
+    let mut lines = vec![
+        format!("Exported by pellucid {}.", env!("CARGO_PKG_VERSION")),
+        format!("--arch {arch} --width {} --height {}", screen.width, screen.height),
+    ];
+    lines.extend(values.iter().map(|(name, value)| format!("-p {name}={value}")));
+    lines
+}
+
+/// The machine's modules; the last one is the machine itself.
+pub fn modules(
+    arch: &str,
+    screen: Screen,
+    machine: &dyn Runnable,
+    netlist: &Module,
+) -> Vec<File> {
+    files(netlist, &about(arch, screen, &machine.values()))
+}
+
+/// Writes the modules into `folder`, and the list of them and of `more`.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write(folder: &Path, modules: &[File], more: &[&str]) -> Result<(), OutputError> {
+    let mut list = String::new();
+    for File { name, text } in modules {
+        put(&folder.join(name), text)?;
+        list += &format!("{name}\n");
+    }
+    for name in more {
+        list += &format!("{name}\n");
+    }
+    put(&folder.join(LIST), &list)
+}
+
+fn put(path: &Path, text: &str) -> Result<(), OutputError> {
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(text.as_bytes()).map_err(|e| OutputError::write(path, &e))?;
+    file.finish()
+}
+
+/// Writes the machine, its testbench and the recording of a run into `folder`.
+///
+/// # Errors
+/// A file cannot be written, or the run ends early.
+pub fn export(
+    arch: &str,
+    machine: &dyn Runnable,
+    source: &Source,
+    stimulus: Stimulus,
+    folder: &Path,
+) -> Result<Exported, BenchError> {
+    let netlist = machine.netlist();
+    let modules = modules(arch, source.screen(), machine, &netlist);
+    let bench = format!("{TESTBENCH}.v");
+    write(folder, &modules, &[&bench])?;
+    put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS))?;
+    let cycles = machine.record(&netlist, source, stimulus, &folder.join(VECTORS))?;
+    Ok(Exported { modules: modules.len(), cycles })
+}

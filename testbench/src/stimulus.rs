@@ -1,0 +1,77 @@
+//! How a frame is played to a machine whose ports are recorded.
+
+use crate::bench::{Bench, BenchError};
+use crate::source::Source;
+use pellucid_hw::machine::Machine;
+use pellucid_hw::pixel::Marked;
+use pellucid_sim::{Signals, Stream};
+
+/// See the module's description.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stimulus {
+    /// One frame, as fast as the machine takes it.
+    Plain,
+    /// Half a frame, a reset, and the frame twice in a row; the source pauses and the display stalls.
+    Stress,
+}
+
+/// Whether number `n` of a fixed, irregular sequence is one of the `of_eight` that are chosen.
+pub fn chosen(n: u64, of_eight: u64) -> bool {
+    n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < of_eight
+}
+
+/// Of eight cycles, in how many the display takes no pixel.
+const DISPLAY_BUSY: u64 = 3;
+/// Of eight fragments, how many come a cycle late.
+const SOURCE_LATE: u64 = 2;
+
+impl Stimulus {
+    /// Plays the frame.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn play<M: Machine>(self, bench: &mut Bench<M>, source: &Source) -> Result<(), BenchError>
+    where
+        M::State: Signals<Config = M::Config>,
+        M::Out: Signals<Config = M::Config>,
+    {
+        if self == Stimulus::Plain {
+            source.play::<BenchError>(&mut |fragment| bench.send(Marked::item(fragment)))?;
+            return bench.end_frame();
+        }
+        let mut fragments = 0u64;
+        source.play::<BenchError>(&mut |_| {
+            fragments += 1;
+            Ok(())
+        })?;
+        bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
+        let mut sent = 0;
+        let mut send = |bench: &mut Bench<M>, fragment| {
+            sent += 1;
+            if chosen(sent, SOURCE_LATE) {
+                bench.step(Stream::idle())?;
+            }
+            bench.send(Marked::item(fragment))
+        };
+        let mut half = fragments / 2;
+        source.play::<BenchError>(&mut |fragment| {
+            if half == 0 {
+                return Ok(());
+            }
+            half -= 1;
+            send(bench, fragment)
+        })?;
+        bench.reset()?;
+        // The second frame comes in while the first is still being shown.
+        source.play::<BenchError>(&mut |fragment| send(bench, fragment))?;
+        bench.send(Marked::end())?;
+        source.play::<BenchError>(&mut |fragment| send(bench, fragment))?;
+        bench.send(Marked::end())?;
+        let mut images = 0;
+        while images < 2 {
+            bench.step(Stream::idle())?;
+            images += bench.take_images().len();
+        }
+        Ok(())
+    }
+}
