@@ -125,7 +125,6 @@ pub fn testbench(module: &Module, name: &str, vectors: &str) -> String {
     let all = all.join(",\n    ");
     format!(
         r#"// Replays {vectors} and compares every output of {name} on every cycle.
-`timescale 1ns / 1ps
 module lockstep_tb;
   reg clk = 1'b0;
   reg rst = 1'b1;

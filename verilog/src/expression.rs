@@ -6,7 +6,7 @@
 use crate::names::{Names, upper};
 use pellucid_sim::netlist::node::mask;
 use pellucid_sim::netlist::{Binary, Module, Node, Op, Type};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 /// Text longer than this becomes a wire of its own.
 const LONGEST: usize = 60;
@@ -37,8 +37,8 @@ pub struct Expressions<'a> {
     forms: Vec<Form>,
     /// Declarations of wires, in order.
     pub wires: String,
-    /// Named constants that are used.
-    pub constants: BTreeSet<(String, u32, u64)>,
+    /// Constants for states that are used: of which type, number, width, name.
+    pub constants: BTreeSet<(String, u64, u32, String)>,
     /// Widths for which a function is needed that counts trailing zeros.
     pub trailing_zeros: BTreeSet<(u32, u32)>,
     /// Signals of which not every bit is used.
@@ -60,12 +60,15 @@ pub fn number(value: u64, width: u32) -> String {
 pub type Need = (Node, u32);
 
 impl<'a> Expressions<'a> {
-    /// Finds out what is needed of each node. `needs` are the roots; `leaf` names what is no operation.
+    /// Finds out what is needed of each node. `needs` are the roots; `leaf` names what is no operation;
+    /// `fixed` are names that certain nodes have, `hints` names that others get if they need one.
     pub fn new(
         module: &'a Module,
         needs: &[Need],
         names: &mut Names,
-        mut leaf: impl FnMut(Op) -> Option<(String, u32, bool)>,
+        fixed: &HashMap<Node, String>,
+        hints: &HashMap<Node, String>,
+        leaf: impl Fn(Op) -> Option<(String, u32, bool)>,
     ) -> Expressions<'a> {
         let drivers = &module.graph.drivers;
         let mut used = vec![0u64; drivers.len()];
@@ -128,7 +131,7 @@ impl<'a> Expressions<'a> {
             let form = if expressions.users[n] == 0 {
                 Form::Dead
             } else {
-                expressions.form(Node(n as u32), names, &mut leaf)
+                expressions.form(Node(n as u32), names, fixed, hints, &leaf)
             };
             expressions.forms.push(form);
         }
@@ -159,18 +162,16 @@ impl<'a> Expressions<'a> {
         &mut self,
         node: Node,
         names: &mut Names,
-        leaf: &mut impl FnMut(Op) -> Option<(String, u32, bool)>,
+        fixed: &HashMap<Node, String>,
+        hints: &HashMap<Node, String>,
+        leaf: &impl Fn(Op) -> Option<(String, u32, bool)>,
     ) -> Form {
         let driver = self.module.graph.drivers[node.0 as usize];
         if let Op::Const(value) = driver.op {
-            if let Type::State(states) = driver.ty
-                && let Some(state) = states.variants.get(value as usize)
-            {
-                let name = format!("{}_{}", upper(states.name), upper(state));
-                self.constants.insert((name.clone(), driver.width, value));
-                return Form::Constant(name);
-            }
-            return Form::Number(value);
+            return match self.state(value, driver.width, driver.ty) {
+                Some(name) => Form::Constant(name),
+                None => Form::Number(value),
+            };
         }
         if let Some((name, low, whole)) = leaf(driver.op) {
             return Form::Signal { name, low, whole };
@@ -183,18 +184,34 @@ impl<'a> Expressions<'a> {
             return Form::Signal { name: name.clone(), low: *low, whole };
         }
         let text = self.operation(node, width);
-        let hint = self.module.graph.names.get(&node);
+        let own = self.module.graph.names.get(&node).map(String::as_str);
+        let fixed = fixed.get(&node).filter(|_| width == driver.width || own.is_none());
         let once = self.users[node.0 as usize] == 1 && !self.sliced[node.0 as usize];
         let full = self.used[node.0 as usize] == mask(width);
-        if full && once && hint.is_none() && text.len() <= LONGEST {
+        if full && once && own.is_none() && fixed.is_none() && text.len() <= LONGEST {
             return Form::Inline(text);
         }
-        let name = names.unique(hint.map_or("n", String::as_str));
+        let name = match (fixed, own, hints.get(&node)) {
+            (Some(name), ..) => name.clone(),
+            (None, Some(name), _) => names.unique(name),
+            (None, None, Some(name)) => names.unique(name),
+            (None, None, None) => names.unique("n"),
+        };
         self.wires += &format!("  wire {}{name} ={};\n", range(width), laid_out(&text));
         if !full {
             self.unused.push(name.clone());
         }
         Form::Signal { name, low: 0, whole: true }
+    }
+
+    /// The constant for a state's number, if it is one.
+    pub fn state(&mut self, value: u64, width: u32, ty: Type) -> Option<String> {
+        let Type::State(states) = ty else { return None };
+        let state = states.variants.get(value as usize)?;
+        let (of, state) = (upper(states.name), upper(state));
+        let name = format!("{of}_{state}");
+        self.constants.insert((of, value, width, name.clone()));
+        Some(name)
     }
 
     /// A node at a width.

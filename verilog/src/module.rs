@@ -4,10 +4,11 @@
 //! with `u_`. Everything is reset synchronously by `rst` and clocked while `en_i` is high.
 
 use crate::expression::{Expressions, Need, bare, laid_out, number, range};
-use crate::names::{Names, identifier};
+use crate::names::{Names, identifier, upper};
 use pellucid_sim::ReadDuringWrite;
 use pellucid_sim::bits_for;
-use pellucid_sim::netlist::{Ask, Leaf, Module, Node, Op, Ram};
+use pellucid_sim::netlist::{Ask, Binary, Leaf, Module, Node, Op, Ram, Register, Type};
+use std::collections::HashMap;
 
 /// A port or another signal as text declares it.
 pub struct Signal {
@@ -120,7 +121,32 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
         }
         _ => None,
     };
-    let mut e = Expressions::new(module, &needs, &mut names, leaf);
+    // A register's next value is called after it, and what goes out after its port.
+    let mut fixed = HashMap::new();
+    for (k, _, d) in &q {
+        let Register { next, width, .. } = register(*k);
+        if module.graph.drivers[next.0 as usize].width == *width {
+            fixed.entry(*next).or_insert_with(|| d.clone());
+        }
+    }
+    let mut hints = module.graph.hints.clone();
+    for (port, node) in outputs.iter().zip(&module.driven) {
+        let stem = port.name.strip_suffix("_o").unwrap_or(&port.name);
+        hints.entry(*node).or_insert_with(|| stem.to_string());
+    }
+    for (instance, driven) in module.instances.iter().zip(&children) {
+        for (port, node) in ports(&instance.module).0.iter().zip(&instance.inputs) {
+            let path = driven.instance.strip_prefix("u_").unwrap_or(&driven.instance);
+            let hint = format!("{path}_{}", port.name.strip_suffix("_i").unwrap_or(&port.name));
+            hints.entry(*node).or_insert(hint);
+        }
+    }
+    for (n, driver) in module.graph.drivers.iter().enumerate() {
+        if let Some(hint) = comparison(module, driver.op, &leaf) {
+            hints.entry(Node(n as u32)).or_insert(hint);
+        }
+    }
+    let mut e = Expressions::new(module, &needs, &mut names, &fixed, &hints, leaf);
 
     // Bodies that use the expressions come first: they tell which constants are needed.
     let mut body = String::new();
@@ -132,7 +158,10 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
     }
     for (k, _, d) in &q {
         let r = register(*k);
-        body += &format!("  wire {}{d} ={};\n", range(r.width), laid_out(&e.at(r.next, r.width)));
+        let next = e.at(r.next, r.width);
+        if next != *d {
+            body += &format!("  wire {}{d} ={};\n", range(r.width), laid_out(&next));
+        }
     }
     for (port, node) in outputs.iter().zip(&module.driven) {
         body += &format!("  assign {} ={};\n", port.name, laid_out(&e.at(*node, port.width)));
@@ -141,7 +170,9 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
         body += "\n  always @(posedge clk)\n    if (rst) begin\n";
         for (k, q, _) in &q {
             let r = register(*k);
-            body += &format!("      {q} <= {};\n", number(r.reset, r.width));
+            let reset = e.state(r.reset, r.width, r.ty);
+            let reset = reset.unwrap_or_else(|| number(r.reset, r.width));
+            body += &format!("      {q} <= {reset};\n");
         }
         body += "    end else if (en_i) begin\n";
         for (_, q, d) in &q {
@@ -165,7 +196,7 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
         text += &format!(",\n  output {}{}", range(port.width), port.name);
     }
     text += "\n);\n";
-    for (name, width, value) in &e.constants {
+    for (_, value, width, name) in &e.constants {
         text += &format!("  localparam {}{name} = {};\n", range(*width), number(*value, *width));
     }
     for (bits, width) in &e.trailing_zeros {
@@ -183,6 +214,20 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
         text += &format!("  wire unused = &{{1'b0, {}}};\n", e.unused.join(", "));
     }
     text + "endmodule\n"
+}
+
+/// `fsm_is_walk` for `fsm_q == FSM_WALK`.
+fn comparison(
+    module: &Module,
+    op: Op,
+    leaf: &impl Fn(Op) -> Option<(String, u32, bool)>,
+) -> Option<String> {
+    let Op::Binary(Binary::Eq, a, b) = op else { return None };
+    let driver = |node: Node| module.graph.drivers[node.0 as usize];
+    let (Type::State(states), Op::Const(value)) = (driver(b).ty, driver(b).op) else { return None };
+    let (name, ..) = leaf(driver(a).op)?;
+    let state = upper(states.variants.get(value as usize)?).to_lowercase();
+    Some(format!("{}_is_{state}", name.strip_suffix("_q").unwrap_or(&name)))
 }
 
 /// What the module's ports, registers, memories and children need.

@@ -157,6 +157,8 @@ pub struct Graph {
     pub drivers: Vec<Driver>,
     /// Names that the source gives to nodes.
     pub names: HashMap<Node, String>,
+    /// Names of variables that hold nodes where two branches meet.
+    pub hints: HashMap<Node, String>,
     known: HashMap<Driver, Node>,
 }
 
@@ -250,17 +252,17 @@ impl Node {
             _ => None,
         }
     }
-    /// Gives it a name, unless it has one or is no operation of its own.
+    /// Gives it a name, unless it has one.
     pub fn named(self, name: &str) {
-        let own = matches!(
-            self.driver().op,
-            Op::Binary(..) | Op::Not(_) | Op::Mux(..) | Op::Low(_) | Op::TrailingZeros(_)
-        );
-        if own {
-            Graph::with(|graph| {
-                graph.names.entry(self).or_insert_with(|| name.to_string());
-            });
-        }
+        Graph::with(|graph| {
+            graph.names.entry(self).or_insert_with(|| name.to_string());
+        });
+    }
+    /// Gives it a name to be used if it needs one, unless it has one.
+    pub fn hinted(self, name: &str) {
+        Graph::with(|graph| {
+            graph.hints.entry(self).or_insert_with(|| name.to_string());
+        });
     }
 
     fn binary(op: Binary, a: Node, b: Node, width: u32, ty: Type) -> Node {
@@ -298,6 +300,9 @@ impl Node {
         match (self.known(), other.known()) {
             (Some(1), _) => other,
             (_, Some(1)) => self,
+            (_, Some(n)) if n.is_power_of_two() => {
+                self.shl(Node::number(n.trailing_zeros().into(), Type::Literal))
+            }
             _ => {
                 let width = (self.width() + other.width()).min(ty.bits());
                 Node::binary(Binary::Mul, self, other, width, ty)
@@ -447,6 +452,8 @@ impl Node {
         let ty = a.ty().with(b.ty());
         if ty == Type::Flag {
             match (a.known(), b.known()) {
+                _ if a == cond => return cond.or(b),
+                _ if b == cond => return cond.and(a),
                 (Some(1), Some(_)) => return cond,
                 (Some(_), Some(_)) => return cond.not(),
                 (Some(1), _) => return cond.or(b),

@@ -259,22 +259,33 @@ impl Value {
         }
     }
 
-    /// Gives its wires the name `name`, those of a bundle with their own behind it.
-    pub fn named(self, name: &str) -> Value {
-        match &self {
-            Value::Wire(node) => node.named(name),
+    /// Calls `see` for every wire with its name: `name`, those of a bundle with their own behind it.
+    fn each_wire(&self, name: &str, see: &mut dyn FnMut(Node, &str)) {
+        match self {
+            Value::Wire(node) => see(*node, name),
             Value::Record(record) => {
                 for (field, value) in &record.fields {
-                    value.clone().named(&format!("{name}_{field}"));
+                    value.each_wire(&format!("{name}_{field}"), see);
                 }
             }
             Value::List(values) => {
                 for (k, value) in values.iter().enumerate() {
-                    value.clone().named(&format!("{name}_{k}"));
+                    value.each_wire(&format!("{name}_{k}"), see);
                 }
             }
             Value::Zero | Value::Unused | Value::Clocked(_) => {}
         }
+    }
+
+    /// Names its wires after a variable that is bound to it.
+    pub fn named(self, name: &str) -> Value {
+        self.each_wire(name, &mut |node, name| node.named(name));
+        self
+    }
+
+    /// Names its wires, if they need a name, after a variable that two branches assign.
+    pub fn hinted(self, name: &str) -> Value {
+        self.each_wire(name, &mut |node, name| node.hinted(name));
         self
     }
 }

@@ -55,7 +55,7 @@ Compare every output on every cycle with Icarus Verilog:
   (cd {folder} && iverilog -g2005 -o lockstep.vvp -f {LIST} && vvp -N lockstep.vvp)
 
 or with Verilator:
-  (cd {folder} && verilator --binary -O3 --top-module {TESTBENCH} -Wno-fatal -f {LIST} && obj_dir/V{TESTBENCH})
+  (cd {folder} && verilator --binary -O3 --top-module {TESTBENCH} -f {LIST} && obj_dir/V{TESTBENCH})
 ",
             done.modules, done.cycles, args.scene.scene,
         ))?;

@@ -532,13 +532,18 @@ impl Body {
         let before: Vec<Ident> = assigned.iter().map(|_| self.fresh("before")).collect();
         let after: Vec<Ident> = assigned.iter().map(|_| self.fresh("after")).collect();
         let (rt, value) = (rt(), value());
+        // Registers and memories have names of their own.
+        let hint = assigned.iter().map(|id| match id.to_string().as_str() {
+            "d" | "m" => quote!(),
+            name => quote!(.hinted(#name)),
+        });
         quote! {{
             let #c = #rt::cond(&#cond);
             #(let #before = #assigned.clone();)*
             let #a = #then;
             #(let #after = ::core::mem::replace(&mut #assigned, #before);)*
             let #b = #other;
-            #(#assigned = #value::choose(#c, #after, #assigned);)*
+            #(#assigned = #value::choose(#c, #after, #assigned) #hint;)*
             #value::choose(#c, #a, #b)
         }}
     }
