@@ -213,7 +213,8 @@ mod tests {
         let pixels = cfg.pixels() as usize;
         let mut sim = Sim::<DepthTest>::new(cfg);
         let mut depth: Ram1R1W<u32> = holding(&vec![Z_FAR; pixels], Z_BITS, ReadDuringWrite::New);
-        let mut colour: Ram1R1W<u32> = holding(&vec![0; pixels], COLOUR_BITS, ReadDuringWrite::Forbidden);
+        let mut colour: Ram1R1W<u32> =
+            holding(&vec![0; pixels], COLOUR_BITS, ReadDuringWrite::Forbidden);
         let frame = fragments.iter().copied().map(Marked::item).chain([Marked::end()]);
         let mut source = Source::new(frame, starts);
         let mut monitor = StreamMonitor::new("passed", "DepthTest", "test");

@@ -71,9 +71,7 @@ pub mod watchdog;
 pub use block::{Block, Sim};
 pub use fifo::Fifo;
 pub use figures::{Figure, Figures};
-pub use memory::{
-    Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join,
-};
+pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join};
 pub use netlist::Netlist;
 pub use pellucid_sim_derive::{Memory, Signals, rtl};
 pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};

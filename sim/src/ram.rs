@@ -263,12 +263,7 @@ pub struct Ram1R1W<T: Signals> {
 
 impl<T: Signals + Default> Ram1R1W<T> {
     /// `words` words whose widths depend on `item`; a read takes `latency` cycles, at least 1.
-    pub fn new(
-        words: u32,
-        item: T::Config,
-        latency: u32,
-        policy: ReadDuringWrite,
-    ) -> Ram1R1W<T> {
+    pub fn new(words: u32, item: T::Config, latency: u32, policy: ReadDuringWrite) -> Ram1R1W<T> {
         let (read, write) = (ReadPort::default(), WritePort::default());
         Ram1R1W { core: Words::new(words, item, latency), policy, read, write }
     }

@@ -1,10 +1,10 @@
 //! The architectures that a user can name.
 
 use crate::bench::{Bench, BenchError};
-use crate::stimulus::Stimulus;
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::source::Source;
+use crate::stimulus::Stimulus;
 use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Census, Check, Machine, Tally};

@@ -38,12 +38,7 @@ fn about(arch: &str, screen: Screen, values: &[(&'static str, Value)]) -> Vec<St
 }
 
 /// The machine's modules; the last one is the machine itself.
-pub fn modules(
-    arch: &str,
-    screen: Screen,
-    machine: &dyn Runnable,
-    netlist: &Module,
-) -> Vec<File> {
+pub fn modules(arch: &str, screen: Screen, machine: &dyn Runnable, netlist: &Module) -> Vec<File> {
     files(netlist, &about(arch, screen, &machine.values()))
 }
 

@@ -7,8 +7,8 @@
 pub mod arch;
 pub mod bench;
 pub mod command;
-pub mod golden;
 pub mod export;
+pub mod golden;
 pub mod image;
 pub mod output;
 pub mod progress;

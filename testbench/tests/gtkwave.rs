@@ -1,15 +1,9 @@
 //! GTKWave's own reader takes the waveform: `vcd2fst` converts it, and every value survives.
 
+mod tools;
+
 use std::path::Path;
 use std::process::Command;
-
-/// Whether a tool is there. Where all must be, as on a build machine, a missing one is a failure.
-fn has(tool: &str) -> bool {
-    let found = Command::new(tool).arg("--help").output().is_ok();
-    let required = std::env::var_os("PELLUCID_REQUIRE_TOOLS").is_some();
-    assert!(found || !required, "`{tool}` is required here and missing");
-    found
-}
 
 /// Every signal's full name with all its changes.
 fn changes(path: &Path) -> Vec<(String, Vec<(u64, String)>)> {
@@ -33,8 +27,8 @@ fn changes(path: &Path) -> Vec<(String, Vec<(u64, String)>)> {
 
 #[test]
 fn gtkwave_reads_the_same_values() {
-    if !has("vcd2fst") {
-        println!("skipped: `vcd2fst` is not installed (it comes with GTKWave)");
+    // It comes with GTKWave.
+    if !tools::have(&["vcd2fst"]) {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

@@ -53,7 +53,7 @@ pub fn range(width: u32) -> String {
 /// A number at a width.
 pub fn number(value: u64, width: u32) -> String {
     let value = value & mask(width);
-    if value < 1024 { format!("{width}'d{value}") } else { format!("{width}'h{value:x}") }
+    if value < 100_000 { format!("{width}'d{value}") } else { format!("{width}'h{value:x}") }
 }
 
 /// A root of the module's wires: a node, and how many of its bits are needed.

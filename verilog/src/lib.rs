@@ -42,7 +42,8 @@ impl Library {
             module.instances.iter().map(|i| self.add(&i.module, &i.path)).collect();
         let own = "\u{1}self\u{1}";
         let text = module::text(module, own, |k| placeholder(children[k]));
-        let same = |(block, _, known): &(&str, String, String)| *block == module.name && *known == text;
+        let same =
+            |(block, _, known): &(&str, String, String)| *block == module.name && *known == text;
         self.known.iter().position(same).unwrap_or_else(|| {
             self.known.push((module.name, called.to_string(), text));
             self.sources.push(module.source);
@@ -102,7 +103,8 @@ pub fn files(top: &Module, about: &[String]) -> Vec<File> {
             text = text.replace(&placeholder(child), name);
         }
         let source = format!("// From the Rust block in {}.\n", library.sources[k]);
-        files.push(File { name: format!("{}.v", names[k]), text: format!("{about}{source}{text}") });
+        files
+            .push(File { name: format!("{}.v", names[k]), text: format!("{about}{source}{text}") });
     }
     files
 }

@@ -210,7 +210,8 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
     }
     text += &format!("\n{}{body}", e.wires);
     if !e.unused.is_empty() {
-        text += "\n  // Signals, or bits of them, that a bundle has and this block has no use for.\n";
+        text +=
+            "\n  // Signals, or bits of them, that a bundle has and this block has no use for.\n";
         text += &format!("  wire unused = &{{1'b0, {}}};\n", e.unused.join(", "));
     }
     text + "endmodule\n"

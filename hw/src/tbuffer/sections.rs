@@ -61,7 +61,10 @@ fn outside_address(cfg: &Config, place: Place) -> u32 {
     (place.section - cfg.params.sections) * cfg.capacity + place.slot
 }
 
-#[rtl(check(Sections, crate::test_util::small(true)), check(Sections, crate::test_util::small(false)))]
+#[rtl(
+    check(Sections, crate::test_util::small(true)),
+    check(Sections, crate::test_util::small(false))
+)]
 impl Block for Sections {
     type Config = Config;
     type State = ();

@@ -143,7 +143,10 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     for part in &parts {
         let ty = element(&part.field.ty);
         if matches!(ty, Type::Path(p) if parameters.iter().any(|id| p.path.is_ident(id))) {
-            generics.make_where_clause().predicates.push(syn::parse_quote!(#ty: ::pellucid_sim::Signals));
+            generics
+                .make_where_clause()
+                .predicates
+                .push(syn::parse_quote!(#ty: ::pellucid_sim::Signals));
         }
     }
     let (impl_generics, ty_generics, where_clause) = generics.split_for_impl();

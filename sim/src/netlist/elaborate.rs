@@ -288,10 +288,11 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
         .unwrap_or_else(|| unreachable!("it was pushed above"));
     for instance in &mut instances {
         let after = [(&instance.state, &d), (&instance.memory, &m)];
-        let clocked = after.into_iter().find_map(|(place, value)| match value.placed(place.as_deref()?) {
-            Value::Clocked(enable) => Some(enable),
-            _ => None,
-        });
+        let clocked =
+            after.into_iter().find_map(|(place, value)| match value.placed(place.as_deref()?) {
+                Value::Clocked(enable) => Some(enable),
+                _ => None,
+            });
         instance.enable = clocked.unwrap_or_else(|| Node::flag(false));
     }
     let owned = |path: &str| {
@@ -305,7 +306,12 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
         .map(|k| {
             let Storage { path, info, word } = &storages[*k];
             let ports = m.placed(path);
-            Ram { path: path.clone(), info: *info, word: word.clone(), ask: ask(&ports, *info, word) }
+            Ram {
+                path: path.clone(),
+                info: *info,
+                word: word.clone(),
+                ask: ask(&ports, *info, word),
+            }
         })
         .collect();
 

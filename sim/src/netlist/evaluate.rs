@@ -80,7 +80,12 @@ struct Dissolve<'a> {
 }
 
 impl<'a> Dissolve<'a> {
-    fn enter(&mut self, module: &'a Module, path: String, parent: Option<(usize, &'a Instance)>) -> usize {
+    fn enter(
+        &mut self,
+        module: &'a Module,
+        path: String,
+        parent: Option<(usize, &'a Instance)>,
+    ) -> usize {
         let at = self.places.len();
         let nodes = module.graph.drivers.len();
         self.places.push(Place {
@@ -177,7 +182,13 @@ impl<'a> Dissolve<'a> {
         let mut registers = vec![];
         for r in &module.registers {
             let next = self.node(at, r.next);
-            registers.push(Register { value: r.reset, reset: r.reset, width: r.width, next, enable });
+            registers.push(Register {
+                value: r.reset,
+                reset: r.reset,
+                width: r.width,
+                next,
+                enable,
+            });
         }
         registers
     }
@@ -215,7 +226,8 @@ impl<'a> Dissolve<'a> {
             };
             let widths: Vec<u32> = ram.word.leaves.iter().map(|leaf| leaf.width).collect();
             let zero = vec![0; widths.len()];
-            let line = std::iter::repeat_n((false, zero.clone()), ram.info.latency as usize).collect();
+            let line =
+                std::iter::repeat_n((false, zero.clone()), ram.info.latency as usize).collect();
             let words = HashMap::new();
             rams.push(Ram { info: ram.info, widths, words, port, held: zero, line });
         }
@@ -267,6 +279,11 @@ impl Evaluator {
     /// The registers after the coming edge, in the order of the block's declaration.
     pub fn next(&self) -> Vec<u64> {
         self.order.iter().map(|k| self.after(&self.registers[*k])).collect()
+    }
+
+    /// The registers now, in the order of the block's declaration.
+    pub fn registers(&self) -> Vec<u64> {
+        self.order.iter().map(|k| self.registers[*k].value).collect()
     }
 
     fn after(&self, r: &Register) -> u64 {

@@ -189,9 +189,8 @@ pub fn mask(width: u32) -> u64 {
 
 /// A result of an operation on known operands, at `width` bits.
 pub fn compute(op: Binary, a: u64, b: u64, width: u32) -> u64 {
-    let shift = |f: fn(u64, u32) -> Option<u64>| {
-        u32::try_from(b).ok().and_then(|b| f(a, b)).unwrap_or(0)
-    };
+    let shift =
+        |f: fn(u64, u32) -> Option<u64>| u32::try_from(b).ok().and_then(|b| f(a, b)).unwrap_or(0);
     let value = match op {
         Binary::Add => a.wrapping_add(b),
         Binary::Sub => a.wrapping_sub(b),
@@ -322,6 +321,10 @@ impl Node {
             match a.known() {
                 Some(0) => return Node::constant(0, width, ty),
                 Some(v) if v == mask(b.width()) => return b,
+                // All ones from the lowest bit on: bits are cut off.
+                Some(v) if v < mask(b.width()) && v & (v + 1) == 0 && b.known().is_none() => {
+                    return Node::driven(Op::Low(b), bits_for(v), ty);
+                }
                 _ => {}
             }
         }
@@ -417,11 +420,9 @@ impl Node {
         match self.known() {
             Some(0) => Node::number(all.into(), Type::Integer(32)),
             Some(v) => Node::number(v.trailing_zeros().into(), Type::Integer(32)),
-            None => Node::driven(
-                Op::TrailingZeros(self),
-                bits_for(u64::from(all)),
-                Type::Integer(32),
-            ),
+            None => {
+                Node::driven(Op::TrailingZeros(self), bits_for(u64::from(all)), Type::Integer(32))
+            }
         }
     }
     /// `a` where `self` is 1, else `b`.

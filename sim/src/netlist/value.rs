@@ -151,14 +151,15 @@ impl Value {
     /// The part at `path` among a block's registers or memories.
     pub(super) fn placed(&self, path: &str) -> Value {
         let mut names = path.split('.').filter(|name| !name.is_empty());
-        names.try_fold(self.clone(), |value, name| match value {
-            Value::Clocked(_) => Err(value),
-            _ => Ok(match element(name) {
-                (name, None) => value.field(name),
-                (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
-            }),
-        })
-        .unwrap_or_else(|clocked| clocked)
+        names
+            .try_fold(self.clone(), |value, name| match value {
+                Value::Clocked(_) => Err(value),
+                _ => Ok(match element(name) {
+                    (name, None) => value.field(name),
+                    (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
+                }),
+            })
+            .unwrap_or_else(|clocked| clocked)
     }
 
     /// Puts `ports` at `path`, and tells them and the bundles on the way where they lie.
@@ -168,7 +169,8 @@ impl Value {
             _ => vec![],
         };
         let leaf = Value::Record(Rc::new(Record { place: Some(path.into()), fields }));
-        let Some((parent, name)) = path.rsplit_once('.').or((!path.is_empty()).then_some(("", path)))
+        let Some((parent, name)) =
+            path.rsplit_once('.').or((!path.is_empty()).then_some(("", path)))
         else {
             *self = leaf;
             return;
@@ -321,6 +323,12 @@ macro_rules! integers {
     )* };
 }
 integers!(u8: 8, u16: 16, u32: 32, u64: 64, usize: 64);
+/// A literal whose type only the native source determines.
+impl Lift for i32 {
+    fn lift(self) -> Value {
+        Value::literal(i64::from(self) as u64)
+    }
+}
 impl<T: Lift, const N: usize> Lift for [T; N] {
     fn lift(self) -> Value {
         Value::list(self.map(T::lift))

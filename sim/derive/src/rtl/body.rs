@@ -17,7 +17,14 @@ use syn::{Arm, BinOp, Block, Error, Expr, ExprCall, Ident, Lit, Member, Pat, Res
 
 /// Methods of hardware values; arguments are hardware values too.
 const METHODS: [&str; 9] = [
-    "q", "with", "fires", "min", "max", "wrapping_add", "wrapping_sub", "saturating_sub",
+    "q",
+    "with",
+    "fires",
+    "min",
+    "max",
+    "wrapping_add",
+    "wrapping_sub",
+    "saturating_sub",
     "trailing_zeros",
 ];
 
@@ -128,9 +135,7 @@ impl Body {
             Expr::Binary(b) => {
                 !is_compound(&b.op) && self.is_native(&b.left) && self.is_native(&b.right)
             }
-            Expr::Range(r) => {
-                [&r.start, &r.end].into_iter().flatten().all(|e| self.is_native(e))
-            }
+            Expr::Range(r) => [&r.start, &r.end].into_iter().flatten().all(|e| self.is_native(e)),
             Expr::MethodCall(m) => {
                 self.is_native(&m.receiver) && m.args.iter().all(|a| self.is_native(a))
             }
@@ -209,7 +214,9 @@ impl Body {
                         let rt = rt();
                         quote_spanned!(c.span()=> #rt::cast(#inner, #bits))
                     }
-                    None => self.refuse(&c.ty, "a hardware value is cast to u8, u16, u32, u64 or usize"),
+                    None => {
+                        self.refuse(&c.ty, "a hardware value is cast to u8, u16, u32, u64 or usize")
+                    }
                 }
             }
             Expr::Binary(b) => {
@@ -367,7 +374,8 @@ impl Body {
             let arguments = self.arguments(c.args.iter());
             return quote_spanned!(c.span()=> #path::netlist(#(#arguments),*));
         };
-        if let (Some(bits), "from", Some(from)) = (integer(&ty), &*name.to_string(), c.args.first()) {
+        if let (Some(bits), "from", Some(from)) = (integer(&ty), &*name.to_string(), c.args.first())
+        {
             let (from, rt) = (self.hardware(from), rt());
             return quote_spanned!(c.span()=> #rt::cast(#from, #bits));
         }
@@ -656,7 +664,11 @@ impl Body {
                     }
                     Stmt::Macro(m) => {
                         let called = body.macro_call(&m.mac);
-                        if last && m.semi_token.is_none() { called } else { quote!(let _ = #called;) }
+                        if last && m.semi_token.is_none() {
+                            called
+                        } else {
+                            quote!(let _ = #called;)
+                        }
                     }
                     Stmt::Item(item) => quote!(#item),
                 });

@@ -8,9 +8,7 @@ mod pattern;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
-use syn::{
-    Error, FnArg, Ident, ImplItem, Item, ItemFn, ItemImpl, Pat, Result, Signature, Type,
-};
+use syn::{Error, FnArg, Ident, ImplItem, Item, ItemFn, ItemImpl, Pat, Result, Signature, Type};
 
 pub use block::Options;
 use body::Body;
@@ -150,3 +148,6 @@ fn function(sig: &Signature, name: &Ident, block: &syn::Block) -> Result<TokenSt
         }
     })
 }
+
+#[cfg(test)]
+mod tests;

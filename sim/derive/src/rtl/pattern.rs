@@ -29,7 +29,7 @@ impl Body {
     /// Statements that name the parts of `value` as an irrefutable pattern does.
     pub fn open(&mut self, pat: &Pat, value: &TokenStream) -> Vec<TokenStream> {
         match pat {
-            Pat::Wild(_) | Pat::Rest(_) => vec![],
+            Pat::Wild(_) => vec![],
             Pat::Ident(id) if id.subpat.is_none() => {
                 let (name, text) = (&id.ident, id.ident.to_string());
                 self.bind(&text, false);
@@ -38,9 +38,9 @@ impl Body {
             Pat::Paren(p) => self.open(&p.pat, value),
             Pat::Type(p) => self.open(&p.pat, value),
             Pat::Reference(p) => self.open(&p.pat, value),
-            Pat::Tuple(t) => {
+            Pat::Tuple(syn::PatTuple { elems, .. }) | Pat::Slice(syn::PatSlice { elems, .. }) => {
                 let mut all = vec![];
-                for (k, inner) in (0u64..).zip(&t.elems) {
+                for (k, inner) in (0u64..).zip(elems) {
                     let part = quote!((#value).at(::pellucid_sim::netlist::Value::literal(#k)));
                     all.extend(self.open(inner, &part));
                 }
@@ -73,7 +73,7 @@ impl Body {
         let span = pat.span();
         let both = |a: TokenStream, b: TokenStream| quote!(#rt::and(#a, #b));
         match pat {
-            Pat::Wild(_) | Pat::Rest(_) => None,
+            Pat::Wild(_) => None,
             Pat::Ident(id) if !is_constant(&id.ident) => {
                 names.extend(self.open(pat, value));
                 None

@@ -1,0 +1,229 @@
+//! The exported Verilog against the Rust run, every output on every cycle: in the netlist evaluator,
+//! which needs no tool, in Icarus and in Verilator.
+
+mod tools;
+
+use pellucid_hw::allocator::FreeList;
+use pellucid_hw::machine::{Frame, Machine, Phase};
+use pellucid_hw::pixel::{Fragment, Marked, Screen};
+use pellucid_hw::tbuffer::TBuffer;
+use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
+use pellucid_sim::netlist::{Evaluator, elaborate};
+use pellucid_sim::{Netlist, Sim, Stream};
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A machine that is small enough for an event-driven simulator.
+const SMALL: [&str; 8] =
+    ["--width", "40", "--height", "30", "-p", "sections=150", "-p", "outside_sections=900"];
+
+/// The four ways in which a T-buffer stores and scans.
+const WAYS: [[&str; 4]; 4] = [
+    ["-p", "append=tail", "-p", "scan=bitmap"],
+    ["-p", "append=tail", "-p", "scan=linear"],
+    ["-p", "append=walk", "-p", "scan=bitmap"],
+    ["-p", "append=walk", "-p", "scan=linear"],
+];
+
+/// Exports into a new folder.
+#[track_caller]
+fn export(args: &[&str]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let done = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+        .args(["export", "--quiet", "--out"])
+        .arg(folder.path())
+        .args(args)
+        .output()
+        .unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    folder
+}
+
+fn in_folder(folder: &Path, program: &str, args: &[&str]) -> Output {
+    Command::new(program).args(args).current_dir(folder).output().unwrap()
+}
+
+fn text(output: &Output) -> String {
+    let both = [&output.stdout[..], &output.stderr[..]].concat();
+    String::from_utf8_lossy(&both).into_owned()
+}
+
+/// How many cycles were recorded.
+fn recorded(folder: &Path) -> u64 {
+    let vectors = std::fs::read_to_string(folder.join("vectors.txt")).unwrap();
+    let lines = vectors.lines().map(|line| line.split(' ').collect::<Vec<_>>());
+    let played = lines.filter(|fields| fields[1] == "0");
+    played.map(|fields| fields[0].parse::<u64>().unwrap()).sum()
+}
+
+/// Builds and runs the testbench in Icarus.
+fn icarus(folder: &Path) -> Output {
+    let build =
+        in_folder(folder, "iverilog", &["-g2005", "-Wall", "-o", "lockstep", "-f", "files.f"]);
+    assert_eq!(text(&build), "", "Icarus takes every file without a warning");
+    in_folder(folder, "vvp", &["-N", "lockstep"])
+}
+
+/// Builds and runs the testbench in Verilator.
+fn verilator(folder: &Path) -> Output {
+    let args = ["--binary", "-O3", "--top-module", "lockstep_tb", "-f", "files.f"];
+    let build = in_folder(folder, "verilator", &args);
+    assert!(build.status.success(), "{}", text(&build));
+    in_folder(folder, "obj_dir/Vlockstep_tb", &[])
+}
+
+#[track_caller]
+fn passes(folder: &Path, run: &Output) {
+    let expected = format!("PASS: {} cycles, every output equal", recorded(folder));
+    assert!(text(run).contains(&expected), "expected `{expected}`, found:\n{}", text(run));
+    assert!(run.status.success());
+}
+
+#[test]
+fn the_evaluator_goes_through_frames_as_the_machine_does() {
+    type Buffer = TBuffer<FreeList>;
+    for (append, scan) in [(Append::Tail, Scan::Bitmap), (Append::Walk, Scan::Linear)] {
+        let screen = Screen { width: 5, height: 4, background: 0x12_34_56 };
+        let params = Params {
+            sections: 20,
+            outside_sections: 30,
+            section_capacity: 2,
+            outside_latency: 4,
+            sorter_depth: 3,
+            reads_in_flight: 6,
+            append,
+            scan,
+            ..Params::default()
+        };
+        let cfg = Config::new(screen, params).unwrap();
+        let mut evaluator = Evaluator::new(&elaborate::<Buffer>(&cfg));
+        let mut sim = Sim::<Buffer>::new(cfg);
+        let numbers = Buffer::numbers();
+        let fragment = |k: u32| {
+            let n = k.wrapping_mul(2_654_435_761);
+            let alpha = if n & 7 == 0 { 255 } else { n >> 8 & 255 };
+            Fragment { x: n % 5, y: (n >> 9) % 4, z: n >> 3 & 0xff_ffff, rgba: n << 8 | alpha }
+        };
+        let frame = |from| (from..from + 60).map(fragment).map(Marked::item).chain([Marked::end()]);
+        let mut items = frame(0).chain(frame(1000)).peekable();
+        let (mut cycle, mut frames) = (0u32, 0);
+        while frames < 2 {
+            assert!(cycle < 5000, "the frames do not end");
+            let late = cycle.is_multiple_of(5);
+            let offer =
+                items.peek().filter(|_| !late).map_or(Stream::idle(), |i| Stream::offer(*i));
+            let i = Frame { fragment: offer, image_ready: !cycle.is_multiple_of(3) };
+            let (mut inputs, mut outputs, mut registers) = (vec![], vec![], vec![]);
+            (numbers.input)(&cfg, &i, &mut inputs);
+            let seen = sim.clock(i).unwrap();
+            (numbers.out)(&cfg, &seen.out, &mut outputs);
+            frames += u32::from(seen.out.events.frame_done);
+            if Buffer::ports(&seen.out).fragment_ready && offer.valid {
+                items.next();
+            }
+            (numbers.state)(&cfg, sim.state(), &mut registers);
+            assert_eq!(evaluator.evaluate(&inputs), outputs, "outputs in cycle {cycle}");
+            evaluator.edge();
+            assert_eq!(evaluator.registers(), registers, "registers after cycle {cycle}");
+            cycle += 1;
+            // Once in mid-frame, everything goes back.
+            if cycle == 60 {
+                assert_ne!(sim.state().phase, Phase::Clear);
+                sim.reset();
+                evaluator.reset();
+                items = frame(0).chain(frame(1000)).peekable();
+            }
+        }
+    }
+}
+
+#[test]
+fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    for way in WAYS {
+        // On chip there is too little room, and pixels are deeper than the sorter: sections outside and
+        // several passes occur.
+        let deep = ["--stress", "-p", "sorter_depth=2", "-p", "section_capacity=2"];
+        let folder = export(&[&SMALL[..], &way, &deep].concat());
+        passes(folder.path(), &icarus(folder.path()));
+    }
+}
+
+#[test]
+fn icarus_agrees_over_a_complete_frame() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    for way in [WAYS[0], WAYS[3]] {
+        let screen = ["--width", "160", "--height", "120"];
+        let folder = export(&[&screen[..], &way].concat());
+        passes(folder.path(), &icarus(folder.path()));
+    }
+}
+
+#[test]
+fn verilator_has_no_complaint() {
+    if !tools::have(&["verilator"]) {
+        return;
+    }
+    for way in WAYS {
+        let folder = export(&[&["--width", "4", "--height", "3"], &way[..]].concat());
+        let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
+        let modules = list.lines().filter(|file| !file.starts_with("lockstep"));
+        let mut args = vec!["--lint-only", "-Wall", "--top-module", "tbuffer"];
+        args.extend(modules);
+        let lint = in_folder(folder.path(), "verilator", &args);
+        assert_eq!(text(&lint), "", "{way:?}");
+        assert!(lint.status.success());
+    }
+}
+
+#[test]
+fn verilator_agrees_over_a_large_frame_and_over_stress() {
+    if !tools::have(&["verilator"]) {
+        return;
+    }
+    let folder = export(&["--scene", "paper-480"]);
+    passes(folder.path(), &verilator(folder.path()));
+    // The same modules for another screen: stalls, a reset and two frames in a row.
+    let folder = export(&[&SMALL[..], &["--stress", "--preset", "paper"]].concat());
+    passes(folder.path(), &verilator(folder.path()));
+}
+
+#[test]
+fn a_fault_in_the_text_is_seen() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    let folder = export(&[&SMALL[..], &["--preset", "paper"]].concat());
+    passes(folder.path(), &icarus(folder.path()));
+    // One operator each, in blocks of every kind.
+    let faults = [
+        ("blender.v", "8'd255 - ", "8'd254 - "),
+        ("chain_reader.v", "position_q + ", "position_q - "),
+        ("depth_test.v", " < depth_data_i", " > depth_data_i"),
+        ("fifo_pending.v", " - ", " + "),
+        ("free_list_on_chip.v", "fresh_q + ", "fresh_q ^ "),
+        ("lookup.v", "ssa_data_head_i == ", "ssa_data_head_i != "),
+        ("ram_1r1w.v", "write_addr_i == read_addr_i", "write_addr_i != read_addr_i"),
+        ("release_queue.v", " + ", " - "),
+        ("scan.v", "next_q + ", "next_q - "),
+        ("sorter.v", " < arrived_payload_item_z_i))", " > arrived_payload_item_z_i))"),
+        ("store.v", "nsa_data_next_i == ", "nsa_data_next_i != "),
+        ("tbuffer.v", " + ", " - "),
+    ];
+    for (file, right, wrong) in faults {
+        let path = folder.path().join(file);
+        let good = std::fs::read_to_string(&path).unwrap();
+        assert!(good.contains(right), "`{file}` has no `{right}`:\n{good}");
+        std::fs::write(&path, good.replacen(right, wrong, 1)).unwrap();
+        let run = icarus(folder.path());
+        let said = text(&run);
+        assert!(said.contains("FAIL: ") && said.contains(", expected "), "{file}: {said}");
+        assert!(!run.status.success(), "{file}: the run must fail");
+        std::fs::write(&path, good).unwrap();
+    }
+}
