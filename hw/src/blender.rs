@@ -67,7 +67,7 @@ pub struct Out {
     #[with(cfg.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a pixel's final colour.
-    #[with((cfg.pixel_bits(), COLOUR_BITS))]
+    #[with(cfg.pixel_bits(), COLOUR_BITS)]
     pub colour_write: WritePort<u32>,
     /// A fragment is blended in this cycle.
     pub blended: bool,

@@ -62,10 +62,10 @@ pub struct Out {
     #[with(cfg.pixel_bits())]
     pub depth_read: ReadPort,
     /// Writes a pixel's depth.
-    #[with((cfg.pixel_bits(), Z_BITS))]
+    #[with(cfg.pixel_bits(), Z_BITS)]
     pub depth_write: WritePort<u32>,
     /// Writes a pixel's colour, `0xRRGGBB`.
-    #[with((cfg.pixel_bits(), COLOUR_BITS))]
+    #[with(cfg.pixel_bits(), COLOUR_BITS)]
     pub colour_write: WritePort<u32>,
     /// Transparent fragments in front, in order, then the end of the frame.
     #[with(*cfg)]

@@ -36,13 +36,13 @@ pub struct In {
     #[with(cfg.pixel_bits())]
     pub depth_read: [ReadPort; 2],
     /// Writes a depth of the front bank.
-    #[with((cfg.pixel_bits(), Z_BITS))]
+    #[with(cfg.pixel_bits(), Z_BITS)]
     pub depth_write: WritePort<u32>,
     /// Reads a colour of the front bank.
     #[with(cfg.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a colour, `0xRRGGBB`, of the front bank: two users.
-    #[with((cfg.pixel_bits(), COLOUR_BITS))]
+    #[with(cfg.pixel_bits(), COLOUR_BITS)]
     pub colour_write: [WritePort<u32>; 2],
     /// Reads a colour of the back bank.
     #[with(cfg.pixel_bits())]

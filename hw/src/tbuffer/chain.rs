@@ -124,7 +124,7 @@ pub struct Moore {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// Reads an NSA entry.
-    #[with((cfg.id_bits(), *cfg))]
+    #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
     /// Reads a fragment.
     #[with(*cfg)]

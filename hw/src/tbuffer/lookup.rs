@@ -78,7 +78,7 @@ pub struct Out {
     #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Sets an SSA entry to NULL.
-    #[with((cfg.screen.pixel_bits(), *cfg))]
+    #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads a pixel's opaque depth.
     #[with(cfg.screen.pixel_bits())]

@@ -19,10 +19,10 @@ pub struct Nsa;
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// The store unit's access.
-    #[with((cfg.id_bits(), *cfg))]
+    #[with(cfg.id_bits(), *cfg)]
     pub store: Port<NsaEntry>,
     /// The chain reader's access.
-    #[with((cfg.id_bits(), *cfg))]
+    #[with(cfg.id_bits(), *cfg)]
     pub chain: Port<NsaEntry>,
 }
 

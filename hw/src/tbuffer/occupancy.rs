@@ -31,13 +31,13 @@ pub struct In {
     #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// The scanner clears a summary word.
-    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
+    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
     pub summary_clear: WritePort<u64>,
     /// The scanner reads a word.
     #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// The scanner clears a word.
-    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
+    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
     pub word_clear: WritePort<u64>,
     /// A number: the words of the bitmap and of the summary that have it are set to 0.
     #[with(cfg.screen.pixel_bits())]

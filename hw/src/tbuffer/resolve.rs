@@ -97,10 +97,10 @@ pub struct Out {
     #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Sets an SSA entry to NULL.
-    #[with((cfg.screen.pixel_bits(), *cfg))]
+    #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads an NSA entry.
-    #[with((cfg.id_bits(), *cfg))]
+    #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
     /// Reads and clears occupancy words.
     #[with(*cfg)]
@@ -115,7 +115,7 @@ pub struct Out {
     #[with(cfg.screen.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a pixel's final colour.
-    #[with((cfg.screen.pixel_bits(), COLOUR_BITS))]
+    #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
     pub colour_write: WritePort<u32>,
     /// A section that is given back; it is always taken.
     #[with(cfg.release.id_bits)]

@@ -88,13 +88,13 @@ pub struct Out {
     #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// Clears a summary word.
-    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
+    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
     pub summary_clear: WritePort<u64>,
     /// Reads an occupancy word.
     #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// Clears an occupancy word.
-    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
+    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
     pub word_clear: WritePort<u64>,
 }
 

@@ -26,13 +26,13 @@ pub struct In {
     #[with(cfg.screen.pixel_bits())]
     pub store_read: ReadPort,
     /// The store unit's write.
-    #[with((cfg.screen.pixel_bits(), *cfg))]
+    #[with(cfg.screen.pixel_bits(), *cfg)]
     pub store_write: WritePort<SsaEntry>,
     /// Resolve's read.
     #[with(cfg.screen.pixel_bits())]
     pub lookup_read: ReadPort,
     /// Resolve's write: NULL.
-    #[with((cfg.screen.pixel_bits(), *cfg))]
+    #[with(cfg.screen.pixel_bits(), *cfg)]
     pub lookup_write: WritePort<SsaEntry>,
     /// A pixel whose entry is set to NULL.
     #[with(cfg.screen.pixel_bits())]

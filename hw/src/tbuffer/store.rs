@@ -87,10 +87,10 @@ pub struct Out {
     #[with(cfg.screen.pixel_bits())]
     pub ssa_read: ReadPort,
     /// Writes an SSA entry.
-    #[with((cfg.screen.pixel_bits(), *cfg))]
+    #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
     /// Reads or writes an NSA entry.
-    #[with((cfg.id_bits(), *cfg))]
+    #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
     /// A pixel whose occupancy bit may be set.
     #[with(cfg.screen.pixel_bits())]

@@ -63,7 +63,7 @@ pub struct Out {
     #[with(cfg.word_bits())]
     pub read: ReadPort,
     /// Clears a word.
-    #[with((cfg.word_bits(), OCCUPANCY_BITS))]
+    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
     pub clear: WritePort<u64>,
 }
 

@@ -17,7 +17,8 @@ use syn::{DeriveInput, parse_macro_input};
 ///   (default: `Config` where a field needs one, else `()`).
 /// - An integer field needs `#[width(bits)]`, an expression over `cfg`. Width 0 means that the
 ///   field does not exist in this configuration: it must hold 0 and is not shown.
-/// - A field whose type takes a configuration of its own is given it by `#[with(cfg.part)]`.
+/// - A field whose type takes a configuration of its own is given it by `#[with(cfg.part)]`; several
+///   parts make a tuple.
 /// - An array field may name how many of its elements exist: `#[len(count)]`.
 /// - A field that only the simulator keeps is `#[unseen]`: it is no signal.
 ///

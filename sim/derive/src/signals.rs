@@ -2,8 +2,9 @@
 
 use proc_macro2::{Span, TokenStream};
 use quote::{quote, quote_spanned};
+use syn::punctuated::Punctuated;
 use syn::{
-    Data, DataEnum, DeriveInput, Error, Expr, Field, Fields, Result, Type, spanned::Spanned,
+    Data, DataEnum, DeriveInput, Error, Expr, Field, Fields, Result, Token, Type, spanned::Spanned,
 };
 
 pub fn derive(input: &DeriveInput) -> Result<TokenStream> {
@@ -189,7 +190,13 @@ fn part(field: &Field) -> Result<Part<'_>> {
     let attribute = |name: &str| -> Result<Option<Expr>> {
         field.attrs.iter().find(|a| a.path().is_ident(name)).map(|a| a.parse_args()).transpose()
     };
-    let (width, with, len) = (attribute("width")?, attribute("with")?, attribute("len")?);
+    let (width, len) = (attribute("width")?, attribute("len")?);
+    let with: Option<Punctuated<Expr, Token![,]>> = field
+        .attrs
+        .iter()
+        .find(|a| a.path().is_ident("with"))
+        .map(|a| a.parse_args_with(Punctuated::parse_terminated))
+        .transpose()?;
     let integer = matches!(element(&field.ty), Type::Path(p)
         if ["u8", "u16", "u32", "u64"].iter().any(|t| p.path.is_ident(t)));
     let cfg = match (width, with) {

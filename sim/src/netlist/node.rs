@@ -274,7 +274,7 @@ impl Node {
     }
 
     /// `self + other`.
-    pub fn add(self, other: Node) -> Node {
+    pub fn plus(self, other: Node) -> Node {
         let ty = self.ty().with(other.ty());
         match (self.known(), other.known()) {
             (Some(0), _) => other,
@@ -286,7 +286,7 @@ impl Node {
         }
     }
     /// `self - other`, not below 0.
-    pub fn sub(self, other: Node) -> Node {
+    pub fn minus(self, other: Node) -> Node {
         if other.known() == Some(0) {
             return self;
         }
@@ -294,13 +294,13 @@ impl Node {
         Node::binary(Binary::Sub, self, other, width, self.ty().with(other.ty()))
     }
     /// `self * other`.
-    pub fn mul(self, other: Node) -> Node {
+    pub fn times(self, other: Node) -> Node {
         let ty = self.ty().with(other.ty());
         match (self.known(), other.known()) {
             (Some(1), _) => other,
             (_, Some(1)) => self,
             (_, Some(n)) if n.is_power_of_two() => {
-                self.shl(Node::number(n.trailing_zeros().into(), Type::Literal))
+                self.shifted_left(Node::number(n.trailing_zeros().into(), Type::Literal))
             }
             _ => {
                 let width = (self.width() + other.width()).min(ty.bits());
@@ -354,7 +354,7 @@ impl Node {
             return Node::flag(true);
         }
         if self.ty() == Type::Flag {
-            return self.xor(other).not();
+            return self.xor(other).inverted();
         }
         // A number that does not fit is never met.
         for (a, b) in [(self, other), (other, self)] {
@@ -370,7 +370,7 @@ impl Node {
             return Node::flag(false);
         }
         if self.known() == Some(0) {
-            return other.equals(Node::constant(0, other.width(), other.ty())).not();
+            return other.equals(Node::constant(0, other.width(), other.ty())).inverted();
         }
         if other.known().is_some_and(|v| v > mask(self.width())) {
             return Node::flag(true);
@@ -378,13 +378,13 @@ impl Node {
         Node::binary(Binary::Lt, self, other, 1, Type::Flag)
     }
     /// `self << other`.
-    pub fn shl(self, other: Node) -> Node {
+    pub fn shifted_left(self, other: Node) -> Node {
         let most = other.known().unwrap_or_else(|| mask(other.width().min(6)));
         let width = self.width().saturating_add(most.min(64) as u32).min(self.ty().bits());
         Node::binary(Binary::Shl, self, other, width, self.ty())
     }
     /// `self >> other`.
-    pub fn shr(self, other: Node) -> Node {
+    pub fn shifted_right(self, other: Node) -> Node {
         if other.known() == Some(0) {
             return self;
         }
@@ -396,7 +396,7 @@ impl Node {
         Node::binary(Binary::Shr, self, other, width, self.ty())
     }
     /// `!self`.
-    pub fn not(self) -> Node {
+    pub fn inverted(self) -> Node {
         let ty = self.ty();
         let width = if ty == Type::Flag { 1 } else { ty.bits() };
         match self.driver().op {
@@ -456,11 +456,11 @@ impl Node {
                 _ if a == cond => return cond.or(b),
                 _ if b == cond => return cond.and(a),
                 (Some(1), Some(_)) => return cond,
-                (Some(_), Some(_)) => return cond.not(),
+                (Some(_), Some(_)) => return cond.inverted(),
                 (Some(1), _) => return cond.or(b),
-                (Some(_), _) => return cond.not().and(b),
+                (Some(_), _) => return cond.inverted().and(b),
                 (_, Some(0)) => return cond.and(a),
-                (_, Some(_)) => return cond.not().or(a),
+                (_, Some(_)) => return cond.inverted().or(a),
                 _ => {}
             }
         }

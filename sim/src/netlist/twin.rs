@@ -15,11 +15,11 @@ macro_rules! operators {
 }
 operators! {
     /// `a + b`
-    add: |a, b| a.add(b);
+    add: |a, b| a.plus(b);
     /// `a - b`
-    sub: |a, b| a.sub(b);
+    sub: |a, b| a.minus(b);
     /// `a * b`
-    mul: |a, b| a.mul(b);
+    mul: |a, b| a.times(b);
     /// `a & b`, and `a && b`, whose sides have no effect
     and: |a, b| a.and(b);
     /// `a | b`, and `a || b`
@@ -27,26 +27,26 @@ operators! {
     /// `a ^ b`
     xor: |a, b| a.xor(b);
     /// `a << b`
-    shl: |a, b| a.shl(b);
+    shl: |a, b| a.shifted_left(b);
     /// `a >> b`
-    shr: |a, b| a.shr(b);
+    shr: |a, b| a.shifted_right(b);
     /// `a == b`
     eq: |a, b| a.equals(b);
     /// `a != b`
-    ne: |a, b| a.equals(b).not();
+    ne: |a, b| a.equals(b).inverted();
     /// `a < b`
     lt: |a, b| a.less(b);
     /// `a > b`
     gt: |a, b| b.less(a);
     /// `a <= b`
-    le: |a, b| b.less(a).not();
+    le: |a, b| b.less(a).inverted();
     /// `a >= b`
-    ge: |a, b| a.less(b).not();
+    ge: |a, b| a.less(b).inverted();
 }
 
 /// `!a`
 pub fn not(a: Value) -> Value {
-    Value::Wire(a.wire().not())
+    Value::Wire(a.wire().inverted())
 }
 
 /// `a as T` and `T::from(a)`, for an integer type of `bits` bits
@@ -73,7 +73,7 @@ impl Value {
     pub fn saturating_sub(self, other: Value) -> Value {
         let (a, b) = (self.wire(), other.wire());
         let zero = Node::constant(0, 1, a.ty());
-        Value::Wire(a.less(b).mux(zero, a.sub(b)))
+        Value::Wire(a.less(b).mux(zero, a.minus(b)))
     }
     /// The smaller one.
     pub fn min(self, other: Value) -> Value {

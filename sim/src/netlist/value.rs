@@ -224,7 +224,7 @@ impl Value {
         match (&a, &b) {
             (Value::Clocked(x), Value::Clocked(y)) => Value::Clocked(cond.mux(*x, *y)),
             (Value::Clocked(x), _) => Value::Clocked(cond.and(*x)),
-            (_, Value::Clocked(y)) => Value::Clocked(cond.not().and(*y)),
+            (_, Value::Clocked(y)) => Value::Clocked(cond.inverted().and(*y)),
             (Value::Unused, _) => b,
             (_, Value::Unused) => a,
             (Value::Zero, Value::Zero) => Value::Zero,
