@@ -7,11 +7,12 @@ mod page;
 mod timing;
 
 use page::{documented, holds, link_targets, root, text_of};
-use pellucid_hw::allocator::FreeList;
+use pellucid_hw::allocator::{self, FreeList};
 use pellucid_hw::params::Parameters;
 use pellucid_hw::pixel::Screen;
 use pellucid_hw::tbuffer::State;
 use pellucid_hw::tbuffer::config::{Append, Config, PRESETS, Params, Scan};
+use pellucid_sim::netlist::elaborate;
 use pellucid_sim::{Declare, Kind, Signals};
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -172,4 +173,12 @@ fn links_lead_somewhere_and_the_contents_name_every_page() {
         let listed = name == "SUMMARY.md" || contents.iter().any(|target| target == name);
         assert!(listed, "docs/src/SUMMARY.md does not name {name}");
     }
+}
+
+#[test]
+fn the_verilog_on_its_page_is_what_is_exported() {
+    let module = elaborate::<FreeList>(&allocator::Config { sections: 4 });
+    let files = pellucid_verilog::files(&module, &[]);
+    let text = &files.iter().find(|file| file.name == "free_list.v").unwrap().text;
+    holds("verilog.md", "free-list", &format!("```verilog\n{text}```\n"));
 }
