@@ -27,6 +27,12 @@ pub(super) struct ExportArgs {
     quiet: bool,
 }
 
+/// A path as a shell takes it.
+fn quoted(path: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
+    if path.chars().all(plain) { path.into() } else { format!("'{}'", path.replace('\'', r"'\''")) }
+}
+
 /// Exports; whether the run could be recorded to its end.
 pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
@@ -44,18 +50,18 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
         }
     };
     if !args.quiet {
-        let folder = args.out.display();
-        let name = arch.name;
+        let (folder, name) = (args.out.display(), arch.name);
+        let cd = quoted(&folder.to_string());
         say(&format!(
             "\
 {} files of Verilog in {folder}/, a module each; {name}.v is the machine
 {} cycles of scene `{}` recorded in {folder}/{VECTORS}
 
 Compare every output on every cycle with Icarus Verilog:
-  (cd {folder} && iverilog -g2005 -o lockstep.vvp -f {LIST} && vvp -N lockstep.vvp)
+  (cd {cd} && iverilog -g2005 -o lockstep.vvp -f {LIST} && vvp -N lockstep.vvp)
 
 or with Verilator:
-  (cd {folder} && verilator --binary -O3 --top-module {TESTBENCH} -f {LIST} && obj_dir/V{TESTBENCH})
+  (cd {cd} && verilator --binary -O3 --top-module {TESTBENCH} -f {LIST} && obj_dir/V{TESTBENCH})
 ",
             done.modules, done.cycles, args.scene.scene,
         ))?;

@@ -3,6 +3,8 @@
 mod assigned;
 mod block;
 mod body;
+mod calls;
+mod control;
 mod pattern;
 
 use proc_macro2::TokenStream;
