@@ -9,7 +9,7 @@ use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
 use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
-use pellucid_verilog::bench::Vectors;
+use pellucid_verilog::lockstep::Vectors;
 use pellucid_waveforms::Vcd;
 use std::path::{Path, PathBuf};
 

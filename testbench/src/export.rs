@@ -8,7 +8,7 @@ use crate::stimulus::Stimulus;
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
 use pellucid_sim::netlist::Module;
-use pellucid_verilog::{File, bench::testbench, files};
+use pellucid_verilog::{File, files, lockstep::testbench};
 use std::io::Write;
 use std::path::Path;
 

@@ -1,10 +1,10 @@
 //! Netlists as Verilog-2005 that Icarus, Verilator and Yosys take alike.
 //!
 //! [`files`] gives one module per block, in the hierarchy of the Rust source; a block that stands in
-//! several configurations gives several. [`bench`] writes the testbench that replays a recorded run.
+//! several configurations gives several. [`lockstep`] writes the testbench that replays a recorded run.
 
-pub mod bench;
 mod expression;
+pub mod lockstep;
 mod module;
 mod names;
 mod ram;
