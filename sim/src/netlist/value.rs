@@ -20,7 +20,7 @@ pub enum Value {
     Record(Rc<Record>),
     /// Values by number: an array or a tuple.
     List(Rc<Vec<Value>>),
-    /// The registers or memories of a child after [`super::next`]: it is clocked where the wire is 1.
+    /// The registers or memories of a child after its `next`: it is clocked where the wire is 1.
     Clocked(Node),
 }
 

@@ -1,26 +1,13 @@
 //! Which variables a branch assigns that it did not declare: those that must be chosen from where it
 //! meets the other branch.
 
+use super::syntax::{is_block_call, is_compound, names};
 use std::collections::BTreeMap;
 use syn::visit::{self, Visit};
-use syn::{BinOp, Expr, Ident, Pat};
+use syn::{Expr, Ident};
 
 /// Methods that change what they are called on.
 pub const CHANGING: [&str; 5] = ["read", "write", "pass_read", "pass_write", "pass"];
-
-/// The names in a pattern.
-pub fn names(pat: &Pat) -> Vec<Ident> {
-    struct Names(Vec<Ident>);
-    impl Visit<'_> for Names {
-        fn visit_pat_ident(&mut self, p: &syn::PatIdent) {
-            self.0.push(p.ident.clone());
-            visit::visit_pat_ident(self, p);
-        }
-    }
-    let mut names = Names(vec![]);
-    names.visit_pat(pat);
-    names.0
-}
 
 /// `d` of `d.stage.entries[k].z`.
 pub fn root(e: &Expr) -> Option<&Ident> {
@@ -33,24 +20,6 @@ pub fn root(e: &Expr) -> Option<&Ident> {
         Expr::Reference(r) => root(&r.expr),
         _ => None,
     }
-}
-
-/// Whether `op` assigns, as `+=` does.
-pub fn is_compound(op: &BinOp) -> bool {
-    use BinOp::*;
-    matches!(
-        op,
-        AddAssign(_)
-            | SubAssign(_)
-            | MulAssign(_)
-            | DivAssign(_)
-            | RemAssign(_)
-            | BitAndAssign(_)
-            | BitOrAssign(_)
-            | BitXorAssign(_)
-            | ShlAssign(_)
-            | ShrAssign(_)
-    )
 }
 
 /// See the module's description.
@@ -116,7 +85,7 @@ impl<'a> Visit<'a> for Assigned {
     }
     fn visit_expr_call(&mut self, c: &'a syn::ExprCall) {
         // A block's `next` changes registers and memories; they may be passed on by name.
-        if super::body::is_block_call(c, "next", 5) {
+        if is_block_call(c, "next", 5) {
             self.hit(&c.args[2]);
             self.hit(&c.args[3]);
         }

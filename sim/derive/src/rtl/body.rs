@@ -5,13 +5,12 @@
 //! native `if`, `match` or `for` chooses and repeats hardware; any other condition becomes a choice
 //! between the values that its branches give, and between those of every variable that they assign.
 
-use super::assigned::is_compound;
-use super::pattern::member;
+use super::syntax::{callee, integer, is_compound, is_type, member};
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, format_ident, quote, quote_spanned};
 use std::collections::HashMap;
 use syn::spanned::Spanned;
-use syn::{BinOp, Error, Expr, ExprCall, Ident, Lit, Member, Result, UnOp};
+use syn::{BinOp, Error, Expr, Ident, Lit, Member, Result, UnOp};
 
 /// A function body on its way.
 #[derive(Default)]
@@ -21,35 +20,6 @@ pub struct Body {
     /// Makes names of its own different.
     made: usize,
     error: Option<Error>,
-}
-
-/// The last two names of a called path: `Store` and `next` of `store::Store::next`.
-pub(super) fn callee(c: &ExprCall) -> Option<(Option<&Ident>, &Ident)> {
-    let Expr::Path(p) = &*c.func else { return None };
-    let mut segments = p.path.segments.iter().rev();
-    let last = &segments.next()?.ident;
-    Some((segments.next().map(|s| &s.ident), last))
-}
-
-/// Whether a call is `Type::name(...)` with so many arguments.
-pub(super) fn is_block_call(c: &ExprCall, name: &str, arguments: usize) -> bool {
-    c.args.len() == arguments
-        && matches!(callee(c), Some((Some(ty), last)) if last == name && is_type(ty))
-}
-
-pub(super) fn is_type(id: &Ident) -> bool {
-    id.to_string().starts_with(char::is_uppercase)
-}
-
-/// The bits of an integer type.
-pub(super) fn integer(name: &Ident) -> Option<u32> {
-    match name.to_string().as_str() {
-        "u8" => Some(8),
-        "u16" => Some(16),
-        "u32" => Some(32),
-        "u64" | "usize" => Some(64),
-        _ => None,
-    }
 }
 
 pub(super) fn rt() -> TokenStream {

@@ -1,7 +1,8 @@
 //! Calls: of other twins, of children, of methods, of macros.
 
 use super::assigned::CHANGING;
-use super::body::{Body, callee, integer, is_block_call, is_type, rt, value};
+use super::body::{Body, rt, value};
+use super::syntax::{callee, integer, is_block_call, is_type};
 use super::twin;
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};

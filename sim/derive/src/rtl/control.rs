@@ -1,7 +1,8 @@
 //! Blocks, branches and loops.
 
-use super::assigned::{Assigned, names};
+use super::assigned::Assigned;
 use super::body::{Body, rt, value};
+use super::syntax::names;
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::visit::Visit;

@@ -6,6 +6,7 @@ mod body;
 mod calls;
 mod control;
 mod pattern;
+mod syntax;
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote, quote_spanned};

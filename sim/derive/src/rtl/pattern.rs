@@ -1,29 +1,11 @@
 //! Patterns: what they ask of a value, and what they name.
 
 use super::body::Body;
+use super::syntax::{is_type, member};
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 use syn::spanned::Spanned;
-use syn::{Ident, Member, Pat, RangeLimits};
-
-/// Whether an identifier in a pattern is a constant: it begins with a capital letter.
-fn is_constant(id: &Ident) -> bool {
-    id.to_string().starts_with(char::is_uppercase)
-}
-
-/// How to reach a member.
-pub fn member(m: &Member) -> TokenStream {
-    match m {
-        Member::Named(id) => {
-            let name = id.to_string();
-            quote!(.field(#name))
-        }
-        Member::Unnamed(index) => {
-            let k = u64::from(index.index);
-            quote!(.at(::pellucid_sim::netlist::Value::literal(#k)))
-        }
-    }
-}
+use syn::{Pat, RangeLimits};
 
 impl Body {
     /// Statements that name the parts of `value` as an irrefutable pattern does.
@@ -74,7 +56,7 @@ impl Body {
         let both = |a: TokenStream, b: TokenStream| quote!(#rt::and(#a, #b));
         match pat {
             Pat::Wild(_) => None,
-            Pat::Ident(id) if !is_constant(&id.ident) => {
+            Pat::Ident(id) if !is_type(&id.ident) => {
                 names.extend(self.open(pat, value));
                 None
             }
