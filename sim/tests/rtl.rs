@@ -1,6 +1,7 @@
 //! Ordinary Rust has a netlist form: each block here is written in another part of the exportable
 //! subset. The tests that `#[rtl]` makes compare it with its netlist on random registers and inputs.
 
+use pellucid_sim::netlist::{agrees, elaborate};
 use pellucid_sim::{Block, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
 
 /// Parameters of every block here.
@@ -294,4 +295,90 @@ impl Block for Siblings {
         d.always = i.c || !q.always;
         SiblingsOut { output: end.least, module: m.case.q().data.reg }
     }
+}
+
+/// A flag whose default is no zero: the netlist takes every default for zero, so this is a difference.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config)]
+struct Unlike {
+    flag: bool,
+}
+impl Default for Unlike {
+    fn default() -> Unlike {
+        Unlike { flag: true }
+    }
+}
+
+struct Different;
+
+// The test that comes with the attribute is pointed at another block.
+#[rtl(check(Least, config()))]
+impl Block for Different {
+    type Config = Config;
+    type State = ();
+    type In = In;
+    type Moore = ();
+    type Out = Unlike;
+    type Mem = ();
+    fn reset(_: &Config) {}
+    fn memories(_: &Config) {}
+    fn moore(_: &Config, (): &(), (): &()) {}
+    fn next(_: &Config, (): &(), (): &mut (), (): &mut (), i: In) -> Unlike {
+        if i.a == 3 { Unlike::default() } else { Unlike { flag: i.c } }
+    }
+}
+
+#[test]
+fn a_difference_is_found_and_named() {
+    let said = agrees::<Different>(&config()).unwrap_err();
+    let (first, rest) = said.split_once('\n').unwrap();
+    assert!(first.starts_with("`different`, cycle "), "{said}");
+    assert_eq!(rest, "  flag: 1 in Rust, 0 in the netlist");
+}
+
+/// Breaks a rule that only elaboration sees.
+struct Careless<const TWICE: bool>;
+
+#[rtl(check(Least, config()))]
+impl<const TWICE: bool> Block for Careless<TWICE> {
+    type Config = Config;
+    type State = SiblingsState;
+    type In = In;
+    type Moore = ();
+    type Out = Unlike;
+    type Mem = ();
+    fn reset(cfg: &Config) -> SiblingsState {
+        SiblingsState {
+            table: Least::reset(cfg),
+            release: Least::reset(cfg),
+            always: true,
+            begin: 3,
+        }
+    }
+    fn memories(_: &Config) {}
+    fn moore(_: &Config, _: &SiblingsState, (): &()) {}
+    fn next(cfg: &Config, q: &SiblingsState, d: &mut SiblingsState, (): &mut (), i: In) -> Unlike {
+        let offer = Stream { valid: i.c, payload: Word { reg: i.a, wire: i.c } };
+        Least::next(cfg, &q.table, &mut d.table, &mut (), LeastIn { offer });
+        let mut flag = q.always;
+        if TWICE {
+            Least::next(cfg, &q.table, &mut d.table, &mut (), LeastIn { offer });
+        } else {
+            flag = q.table.input.valid;
+        }
+        Unlike { flag }
+    }
+}
+
+#[test]
+#[should_panic = "`table` is clocked twice in one cycle"]
+fn a_child_is_clocked_once() {
+    elaborate::<Careless<true>>(&config());
+}
+
+#[test]
+#[should_panic = "`careless` reads the register `table.input.valid` of its child `table`: the child must \
+                  give it as an output"]
+fn the_registers_of_a_child_are_its_own() {
+    elaborate::<Careless<false>>(&config());
 }

@@ -67,7 +67,6 @@ struct Place<'a> {
     parent: Option<(usize, &'a Instance)>,
     children: Vec<usize>,
     done: Vec<Option<usize>>,
-    open: Vec<bool>,
     registers: usize,
     rams: usize,
 }
@@ -94,7 +93,6 @@ impl<'a> Dissolve<'a> {
             parent,
             children: vec![],
             done: vec![None; nodes],
-            open: vec![false; nodes],
             registers: self.registers,
             rams: self.rams,
         });
@@ -138,10 +136,8 @@ impl<'a> Dissolve<'a> {
         if let Some(done) = self.places[at].done[n] {
             return done;
         }
-        let place = &mut self.places[at];
+        let place = &self.places[at];
         let (registers, rams) = (place.registers, place.rams);
-        assert!(!place.open[n], "`{}` has a combinational loop", place.path);
-        place.open[n] = true;
         let driver = place.module.graph.drivers[n];
         let op = match driver.op {
             Op::Const(value) => Flat::Const(value),
