@@ -4,10 +4,10 @@
 //! reset to the last pixel shown, on one thread each and in turns, so that a busy machine slows both.
 //! Cycles and images must agree. The first round warms up and is not counted.
 //!
-//! Waveforms are compared twice. *Same signals*: Verilator dumps the registers of every block and the
-//! machine's outputs, which is what the Rust simulation dumps. *All signals*: it dumps everything that
-//! is in the Verilog, as `--trace` does unless told otherwise; inner wires and memories' read pipelines are
-//! in that file alone. Either writes a VCD file below the folder for temporary files.
+//! Waveforms are compared twice. *Same signals*: Verilator dumps what the Rust simulation dumps, the
+//! clock, the registers of every block and the machine's outputs. *All signals*: it dumps everything
+//! that is in the Verilog, as `--trace` does unless told otherwise; inner wires and the memories' read
+//! pipelines are in that file alone. Either writes a VCD file below the folder for temporary files.
 //!
 //! What building takes is shown for Verilator alone. Its counterpart is `cargo build --release` after
 //! `cargo clean --release -p pellucid-sim -p pellucid-hw -p pellucid-testbench`.

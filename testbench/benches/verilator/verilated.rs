@@ -20,7 +20,7 @@ const CXX: &str = "-O3 -march=native";
 pub enum Trace {
     /// None.
     Off,
-    /// Those of the Rust simulation: every block's registers and the machine's outputs.
+    /// Those of the Rust simulation: the clock, every block's registers and the machine's outputs.
     Same,
     /// All.
     All,
@@ -58,8 +58,9 @@ fn same_signals(modules: &[File]) -> String {
         let machine = k + 1 == modules.len();
         for (line, declaration) in (1..).zip(text.lines()) {
             let hidden = match declaration.split_whitespace().next() {
-                Some("input" | "wire" | "localparam") => true,
+                Some("input") => !(machine && declaration.contains(" clk")),
                 Some("output") => !machine,
+                Some("wire" | "localparam") => true,
                 _ => false,
             };
             if hidden {
