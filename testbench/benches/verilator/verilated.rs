@@ -1,0 +1,155 @@
+//! The exported machine, built with Verilator and played by a process of its own.
+
+use crate::{Frame, Played};
+use pellucid_verilog::File;
+use std::fmt::Write;
+use std::fs;
+use std::io::{self, BufRead, BufReader, Write as _};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const MAIN: &str = include_str!("main.cpp");
+/// What makes the model fast: no checks, no random start values.
+const VERILATOR: &[&str] = &["-O3", "--x-assign", "fast", "--x-initial", "fast", "--noassert"];
+/// What g++ does with code that runs every cycle; `OPT_SLOW` is left for code that runs once.
+const CXX: &str = "-O3 -march=native";
+
+/// Which signals a model can dump.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Trace {
+    /// None.
+    Off,
+    /// Those of the Rust simulation: the clock, every block's registers and the machine's outputs.
+    Same,
+    /// All.
+    All,
+}
+
+impl Trace {
+    fn name(self) -> &'static str {
+        match self {
+            Trace::Off => "off",
+            Trace::Same => "same",
+            Trace::All => "all",
+        }
+    }
+}
+
+/// Verilator's first line about itself, if it is there.
+pub fn version() -> Option<String> {
+    let output = Command::new("verilator").arg("--version").output().ok()?;
+    output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
+}
+
+/// The flags, for a report.
+pub fn flags() -> String {
+    format!("{}, OPT_FAST=OPT_GLOBAL=\"{CXX}\"", VERILATOR.join(" "))
+}
+
+/// Orders to Verilator that leave only the signals of [`Trace::Same`]. The last module is the machine.
+fn same_signals(modules: &[File]) -> String {
+    let mut orders = "`verilator_config\n".to_string();
+    for (k, File { name, text }) in modules.iter().enumerate() {
+        if name.starts_with("ram_") {
+            writeln!(orders, "tracing_off -file \"*/{name}\"").unwrap();
+            continue;
+        }
+        let machine = k + 1 == modules.len();
+        for (line, declaration) in (1..).zip(text.lines()) {
+            let hidden = match declaration.split_whitespace().next() {
+                Some("input") => !(machine && declaration.contains(" clk")),
+                Some("output") => !machine,
+                Some("wire" | "localparam") => true,
+                _ => false,
+            };
+            if hidden {
+                writeln!(orders, "tracing_off -file \"*/{name}\" -lines {line}").unwrap();
+            }
+        }
+    }
+    orders
+}
+
+/// Runs a tool; what it says is shown only where it fails.
+fn run(command: &mut Command) {
+    let output = command.output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    assert!(output.status.success(), "{command:?} failed:\n{}", String::from_utf8_lossy(&said));
+}
+
+/// A built model, waiting for frames.
+pub struct Verilated {
+    process: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    /// From Verilog to C++.
+    pub translated: Duration,
+    /// From C++ to the program, on one core.
+    pub compiled: Duration,
+}
+
+impl Verilated {
+    /// Builds the machine, whose modules lie in `folder`, and starts it on `frame`.
+    pub fn build(folder: &Path, modules: &[File], trace: Trace, frame: &Frame) -> Verilated {
+        let built = folder.join(trace.name());
+        let main = folder.join("main.cpp");
+        fs::write(&main, MAIN).unwrap();
+        let start = Instant::now();
+        let mut verilator = Command::new("verilator");
+        verilator.args(["--cc", "--exe", "-Wno-fatal", "--prefix", "Vmachine"]).args(VERILATOR);
+        verilator.arg("--Mdir").arg(&built).arg(&main);
+        if trace != Trace::Off {
+            verilator.arg("--trace");
+        }
+        if trace == Trace::Same {
+            let orders = folder.join("same.vlt");
+            fs::write(&orders, same_signals(modules)).unwrap();
+            verilator.arg(orders);
+        }
+        run(verilator.args(modules.iter().map(|module| folder.join(&module.name))));
+        let translated = start.elapsed();
+
+        let start = Instant::now();
+        let mut make = Command::new("make");
+        make.args(["-j1", "-f", "Vmachine.mk", "Vmachine"]).current_dir(&built);
+        run(make.arg(format!("OPT_FAST={CXX}")).arg(format!("OPT_GLOBAL={CXX}")));
+        let compiled = start.elapsed();
+
+        let file = folder.join("frame.bin");
+        let words = frame.fragments.iter().flat_map(|f| [f.x, f.y, f.z, f.rgba]);
+        fs::write(&file, words.flat_map(u32::to_ne_bytes).collect::<Vec<u8>>()).unwrap();
+        let mut process = Command::new(built.join("Vmachine"))
+            .arg(file)
+            .arg(frame.screen.pixels().to_string())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let orders = process.stdin.take().unwrap();
+        let answers = BufReader::new(process.stdout.take().unwrap());
+        Verilated { process, orders, answers, translated, compiled }
+    }
+
+    /// Plays the frame once; a model with a trace writes the waveform `wave`.
+    pub fn play(&mut self, wave: &Path) -> Played {
+        let mut answer = String::new();
+        let asked = writeln!(self.orders, "{}", wave.display());
+        asked.and_then(|()| self.answers.read_line(&mut answer)).unwrap();
+        let words: Vec<&str> = answer.split_whitespace().collect();
+        let [cycles, seconds, checksum] = words[..] else {
+            panic!("the verilated machine ended early and said {answer:?}");
+        };
+        Played {
+            cycles: cycles.parse().unwrap(),
+            seconds: seconds.parse().unwrap(),
+            checksum: checksum.parse().unwrap(),
+        }
+    }
+
+    /// Ends the process.
+    pub fn finish(mut self) -> io::Result<()> {
+        drop(self.orders);
+        self.process.wait().map(|_| ())
+    }
+}
