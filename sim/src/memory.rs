@@ -66,6 +66,8 @@ pub struct StorageInfo {
     pub read_during_write: ReadDuringWrite,
     /// From a read request to its data, in cycles.
     pub latency: u32,
+    /// It is not on the chip.
+    pub outside: bool,
     /// How many words it has.
     pub words: u64,
     /// Bits of a word.

@@ -116,6 +116,7 @@ struct Words<T: Signals> {
     /// What a word's widths depend on.
     item: T::Config,
     latency: u32,
+    outside: bool,
     reads: u64,
     writes: u64,
     /// Which words were ever written; kept in debug builds only.
@@ -140,6 +141,7 @@ impl<T: Signals + Default> Words<T> {
             size: words,
             item,
             latency,
+            outside: false,
             reads: 0,
             writes: 0,
             written: BitVec::repeat(false, known),
@@ -244,6 +246,7 @@ impl<T: Signals + Default> Words<T> {
             ports,
             read_during_write,
             latency: self.latency,
+            outside: self.outside,
             words: u64::from(self.size),
             bits_per_word: width_of::<T>(&self.item),
             reads: self.reads,
@@ -354,6 +357,12 @@ impl<T: Signals + Default> Ram1RW<T> {
     /// `words` words whose widths depend on `item`; a read takes `latency` cycles, at least 1.
     pub fn new(words: u32, item: T::Config, latency: u32) -> Ram1RW<T> {
         Ram1RW { core: Words::new(words, item, latency), port: Port::default() }
+    }
+    /// The same memory outside of the chip: it counts as no area.
+    #[must_use]
+    pub fn outside(mut self) -> Ram1RW<T> {
+        self.core.outside = true;
+        self
     }
     /// What it shows in this cycle.
     #[inline(always)]

@@ -58,7 +58,11 @@ pub fn write(folder: &Path, modules: &[File], more: &[&str]) -> Result<(), Outpu
     put(&folder.join(LIST), &list)
 }
 
-fn put(path: &Path, text: &str) -> Result<(), OutputError> {
+/// Writes a file.
+///
+/// # Errors
+/// It cannot be written.
+pub fn put(path: &Path, text: &str) -> Result<(), OutputError> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(text.as_bytes()).map_err(|e| OutputError::write(path, &e))?;
     file.finish()

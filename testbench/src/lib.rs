@@ -5,6 +5,7 @@
 //! and the [`report`] tells.
 
 pub mod arch;
+pub mod area;
 pub mod bench;
 pub mod command;
 pub mod export;

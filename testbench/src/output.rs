@@ -85,7 +85,7 @@ struct Rename {
     listed: Listed,
 }
 
-/// The temporary files that there are now.
+/// The temporary files and folders that there are now.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -102,12 +102,14 @@ impl Drop for Listed {
     }
 }
 
-/// Removes all temporary files and ends the process with `status`, while other threads may write.
+/// Removes all temporary files and folders and ends the process with `status`, while other threads may
+/// write; a tool that is at work is ended.
 pub fn abandon(status: i32) -> ! {
     // Held to the end, so that no further file is begun.
     let unfinished = unfinished();
+    scratch::stop();
     for path in unfinished.iter() {
-        let _ = fs::remove_file(path);
+        let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     }
     std::process::exit(status)
 }
@@ -213,6 +215,8 @@ pub fn create_dir(path: &Path) -> Result<(), OutputError> {
         .map_err(|error| OutputError::folder(path, &error))?;
     Ok(())
 }
+
+pub mod scratch;
 
 #[cfg(test)]
 mod tests;

@@ -168,18 +168,7 @@ impl Report {
                 about.insert(format!("{list}[].{name}"), what);
             }
         }
-        let config: Map<String, Json> = self
-            .config
-            .iter()
-            .map(|(name, value)| {
-                let value = match value {
-                    Value::Number(n) => json!(n),
-                    Value::Choice(c) => json!(c),
-                };
-                (name.to_string(), value)
-            })
-            .collect();
-        groups.insert("config".into(), json!(config));
+        groups.insert("config".into(), config_json(&self.config));
         groups.insert("faults".into(), json!(self.faults));
         groups.insert("about".into(), json!(about));
         Json::Object(groups)
@@ -298,6 +287,18 @@ impl Report {
     }
 }
 
+/// Parameters and their values as an object.
+pub(crate) fn config_json(config: &[(&'static str, Value)]) -> Json {
+    let pair = |(name, value): &(&'static str, Value)| {
+        let value = match value {
+            Value::Number(n) => json!(n),
+            Value::Choice(c) => json!(c),
+        };
+        (name.to_string(), value)
+    };
+    Json::Object(config.iter().map(pair).collect())
+}
+
 fn memory_json(memory: &MemoryTally) -> Json {
     let mut object = json!({ "name": memory.name });
     for ((name, ..), value) in MEMORY_FIELDS.iter().zip(memory_values(memory)) {
@@ -314,7 +315,7 @@ fn stream_json(stream: &StreamTally) -> Json {
     object
 }
 
-fn align_right(table: &mut Table, columns: &[usize]) {
+pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
     for column in columns {
         if let Some(column) = table.column_mut(*column) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -323,7 +324,7 @@ fn align_right(table: &mut Table, columns: &[usize]) {
 }
 
 /// `1234567` as `1,234,567`; anything else as it is.
-fn grouped(value: &Json) -> String {
+pub(crate) fn grouped(value: &Json) -> String {
     let Some(number) = value.as_u64() else { return value.to_string() };
     let digits = number.to_string();
     let mut text = String::new();

@@ -12,7 +12,7 @@ mod ram;
 use pellucid_sim::netlist::{Ask, Module};
 use std::collections::BTreeMap;
 
-pub use module::{Signal, ports};
+pub use module::{Signal, instances, ports};
 
 /// A file of an export.
 pub struct File {

