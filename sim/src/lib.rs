@@ -75,6 +75,6 @@ pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, Stor
 pub use netlist::Netlist;
 pub use pellucid_sim_derive::{Memory, Signals, rtl};
 pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};
-pub use signals::{Declare, Kind, Overflow, Signals, States, bits_for, state_name, width_of};
+pub use signals::{Declare, Kind, Overflow, Signals, Sink, States, bits_for, state_name, width_of};
 pub use stream::{Handshake, Stream, StreamMonitor, Violation};
 pub use watchdog::{Deadlock, Wait, Watchdog};

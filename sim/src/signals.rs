@@ -36,14 +36,27 @@ pub trait Declare {
     fn signal(&mut self, name: &str, width: u32, kind: Kind);
 }
 
+/// Receives values, in the order of declarations.
+pub trait Sink {
+    /// The value of the next signal.
+    fn push(&mut self, value: u64);
+}
+
+impl Sink for Vec<u64> {
+    #[inline(always)]
+    fn push(&mut self, value: u64) {
+        Vec::push(self, value);
+    }
+}
+
 /// A bundle of registers or wires.
 pub trait Signals: Copy + Lift {
     /// What the widths depend on.
     type Config;
     /// Declares every signal of the bundle under `name`.
     fn declare(cfg: &Self::Config, name: &str, to: &mut dyn Declare);
-    /// Appends every signal's value, in the order of [`Signals::declare`].
-    fn sample(&self, cfg: &Self::Config, to: &mut Vec<u64>);
+    /// Tells every signal's value, in the order of [`Signals::declare`].
+    fn sample(&self, cfg: &Self::Config, to: &mut impl Sink);
     /// Whether every value fits its declared width.
     ///
     /// # Errors
@@ -89,7 +102,7 @@ macro_rules! integers {
                 }
             }
             #[inline(always)]
-            fn sample(&self, width: &u32, to: &mut Vec<u64>) {
+            fn sample(&self, width: &u32, to: &mut impl Sink) {
                 if *width > 0 {
                     to.push(u64::from(*self));
                 }
@@ -116,7 +129,7 @@ impl Signals for bool {
         to.signal(name, 1, Kind::Flag);
     }
     #[inline(always)]
-    fn sample(&self, _: &(), to: &mut Vec<u64>) {
+    fn sample(&self, _: &(), to: &mut impl Sink) {
         to.push(u64::from(*self));
     }
     #[inline(always)]
@@ -131,7 +144,7 @@ impl Signals for bool {
 impl Signals for () {
     type Config = ();
     fn declare(_: &(), _: &str, _: &mut dyn Declare) {}
-    fn sample(&self, _: &(), _: &mut Vec<u64>) {}
+    fn sample(&self, _: &(), _: &mut impl Sink) {}
     fn check(&self, _: &()) -> Result<(), Overflow> {
         Ok(())
     }

@@ -6,10 +6,11 @@
 //! in `$attrbegin` records, which Surfer and `wellen` read and others pass over. Only changes are
 //! written.
 //!
-//! Crate `vcd` writes each bit of a value through a formatted write of its own; here a value's bits
-//! come from a table of all bytes, and a cycle is one write.
+//! Crate `vcd` writes each bit of a value through a formatted write of its own. Here a value's bits
+//! come from a table of all bytes, every piece of text is a store of eight bytes of which the next one
+//! overwrites what is too much, and a value is compared with the one shown as it is sampled.
 
-use pellucid_sim::{Declare, Kind, States};
+use pellucid_sim::{Declare, Kind, Sink, States};
 use std::io::{self, Write};
 use vcd::{IdCode, ReferenceIndex, ScopeType, TimescaleUnit, VarType};
 
@@ -35,24 +36,126 @@ const fn digits() -> [[u8; 8]; 256] {
     table
 }
 
+/// How much text is handed on at once.
+const CHUNK: usize = 1 << 16;
+/// The longest that a time stamp and the clock's change with it are.
+const STAMP: usize = 32;
+
+/// Text on its way to the file.
+struct Text {
+    bytes: Box<[u8]>,
+    /// How many of them are text.
+    len: usize,
+}
+
+impl Text {
+    /// Adds the first `used` of eight bytes.
+    #[inline(always)]
+    fn add(&mut self, bytes: [u8; 8], used: usize) {
+        self.bytes[self.len..self.len + 8].copy_from_slice(&bytes);
+        self.len += used;
+    }
+
+    fn add_all(&mut self, bytes: &[u8]) {
+        self.bytes[self.len..self.len + bytes.len()].copy_from_slice(bytes);
+        self.len += bytes.len();
+    }
+
+    fn add_time(&mut self, time: u64) {
+        self.add_all(b"#");
+        self.add_all(itoa::Buffer::new().format(time).as_bytes());
+        self.add_all(b"\n");
+    }
+}
+
 /// A signal of the file.
+#[derive(Clone, Copy)]
 struct Var {
-    width: u32,
-    /// What ends a change of it: a blank for vectors, its id, a line feed.
-    tail: Box<[u8]>,
+    /// It has one bit.
+    flag: bool,
+    /// What ends a change of it: its id and a line feed, after a byte that is a blank for vectors and the
+    /// value for one bit.
+    tail: [u8; 8],
+    tail_len: u8,
+}
+
+impl Var {
+    /// # Panics
+    /// If the id is of more than six digits: 94^6 signals come before it.
+    fn new(id: IdCode, width: u32) -> Var {
+        let text = format!(" {id}\n");
+        let mut tail = [0; 8];
+        tail[..text.len()].copy_from_slice(text.as_bytes());
+        Var { flag: width == 1, tail, tail_len: text.len() as u8 }
+    }
+
+    /// The longest that a change is, and eight bytes that may be stored beyond it.
+    const LONGEST: usize = 1 + 64 + 8 + 8;
+
+    /// `1!` for one bit.
+    #[inline(always)]
+    fn digit(&self, digit: u8, to: &mut Text) {
+        let mut tail = self.tail;
+        tail[0] = digit;
+        to.add(tail, self.tail_len.into());
+    }
+
+    /// `1!` for one bit, `b101 "` for more, without leading zeros.
+    fn change(&self, value: u64, to: &mut Text) {
+        if self.flag {
+            return self.digit(b'0' + (value & 1) as u8, to);
+        }
+        to.add([b'b'; 8], 1);
+        let used = (u64::BITS - value.leading_zeros()).max(1);
+        let mut rest = value << (u64::BITS - used);
+        let start = to.len;
+        for _ in 0..used.div_ceil(8) {
+            to.add(DIGITS[(rest >> 56) as usize], 8);
+            rest <<= 8;
+        }
+        to.len = start + used as usize;
+        to.add(self.tail, self.tail_len.into());
+    }
+}
+
+/// Takes a cycle's values and writes those that changed.
+pub struct Changes<'a> {
+    vars: &'a [Var],
+    shown: &'a mut [u64],
+    text: &'a mut Text,
+    /// Which signal is next.
+    at: usize,
+    /// All ones to write every value, changed or not.
+    all: u64,
+}
+
+impl Sink for Changes<'_> {
+    #[inline(always)]
+    fn push(&mut self, value: u64) {
+        if (self.shown[self.at] ^ value) | self.all != 0 {
+            self.write(value);
+        }
+        self.at += 1;
+    }
+}
+
+impl Changes<'_> {
+    #[inline(never)]
+    fn write(&mut self, value: u64) {
+        self.shown[self.at] = value;
+        self.vars[self.at].change(value, self.text);
+    }
 }
 
 /// A value-change dump under way.
 pub struct Vcd<W: Write> {
     out: W,
-    clock: IdCode,
+    clock: Var,
     vars: Vec<Var>,
-    values: Vec<u64>,
     /// What was shown last.
     shown: Vec<u64>,
     state: Showing,
-    /// What one cycle writes.
-    text: Vec<u8>,
+    text: Text,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -76,7 +179,7 @@ impl<W: Write> Vcd<W> {
         writer.version(concat!("pellucid ", env!("CARGO_PKG_VERSION")))?;
         writer.timescale(1, TimescaleUnit::NS)?;
         writer.scope_def(ScopeType::Module, "top")?;
-        let clock = writer.add_wire(1, "clk")?;
+        let clock = Var::new(writer.add_wire(1, "clk")?, 1);
         let mut header = Header { out: &mut writer, vars: vec![], tables: vec![], result: Ok(()) };
         declare(&mut header);
         let Header { vars, result, .. } = header;
@@ -84,42 +187,37 @@ impl<W: Write> Vcd<W> {
         writer.upscope()?;
         writer.enddefinitions()?;
         out.write_all(&text)?;
-        let (values, shown) = (vec![], vec![]);
-        Ok(Vcd { out, clock, vars, values, shown, state: Showing::NotYet, text })
+        let shown = vec![0; vars.len()];
+        let longest = 2 * STAMP + "$dumpvars\n$end\n".len() + vars.len() * Var::LONGEST;
+        let text = Text { bytes: vec![0; CHUNK + longest].into(), len: 0 };
+        Ok(Vcd { out, clock, vars, shown, state: Showing::NotYet, text })
     }
 
-    /// Shows one cycle; `sample` appends every signal's value. Cycles must rise.
+    /// Shows one cycle; `sample` tells every signal's value. Cycles must rise.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn cycle(&mut self, cycle: u64, sample: impl FnOnce(&mut Vec<u64>)) -> io::Result<()> {
-        self.values.clear();
-        sample(&mut self.values);
-        debug_assert_eq!(self.values.len(), self.vars.len(), "one value per declared signal");
-        self.text.clear();
-        push_time(&mut self.text, cycle * PERIOD_NS);
-        if self.state == Showing::Now {
-            push_clock(&mut self.text, self.clock, b'1');
-            for ((var, value), shown) in self.vars.iter().zip(&self.values).zip(&mut self.shown) {
-                if value != shown {
-                    *shown = *value;
-                    push_change(&mut self.text, var, *value);
-                }
-            }
-        } else {
+    #[inline]
+    pub fn cycle(&mut self, cycle: u64, sample: impl FnOnce(&mut Changes)) -> io::Result<()> {
+        let all = self.state != Showing::Now;
+        self.text.add_time(cycle * PERIOD_NS);
+        if all {
             let first = self.state == Showing::NotYet;
-            self.text.extend_from_slice(if first { b"$dumpvars\n" } else { b"$dumpon\n" });
-            push_clock(&mut self.text, self.clock, b'1');
-            for (var, value) in self.vars.iter().zip(&self.values) {
-                push_change(&mut self.text, var, *value);
-            }
-            self.text.extend_from_slice(b"$end\n");
-            self.shown.clone_from(&self.values);
+            self.text.add_all(if first { b"$dumpvars\n" } else { b"$dumpon\n" });
+        }
+        self.clock.digit(b'1', &mut self.text);
+        let Vcd { vars, shown, text, .. } = self;
+        let all_ones = if all { u64::MAX } else { 0 };
+        let mut changes = Changes { vars, shown, text, at: 0, all: all_ones };
+        sample(&mut changes);
+        debug_assert_eq!(changes.at, self.vars.len(), "one value per declared signal");
+        if all {
+            self.text.add_all(b"$end\n");
             self.state = Showing::Now;
         }
-        push_time(&mut self.text, cycle * PERIOD_NS + PERIOD_NS / 2);
-        push_clock(&mut self.text, self.clock, b'0');
-        self.out.write_all(&self.text)
+        self.text.add_time(cycle * PERIOD_NS + PERIOD_NS / 2);
+        self.clock.digit(b'0', &mut self.text);
+        self.hand_on(CHUNK)
     }
 
     /// A gap begins with `cycle`: what the signals do until the next [`Vcd::cycle`] is not shown.
@@ -131,16 +229,28 @@ impl<W: Write> Vcd<W> {
             return Ok(());
         }
         self.state = Showing::Gap;
-        self.text.clear();
-        push_time(&mut self.text, cycle * PERIOD_NS);
-        self.text.extend_from_slice(b"$dumpoff\n");
-        push_clock(&mut self.text, self.clock, b'x');
+        self.text.add_time(cycle * PERIOD_NS);
+        self.text.add_all(b"$dumpoff\n");
+        self.clock.digit(b'x', &mut self.text);
         for var in &self.vars {
-            self.text.extend_from_slice(if var.width == 1 { b"x" } else { b"bx" });
-            self.text.extend_from_slice(&var.tail);
+            if var.flag {
+                var.digit(b'x', &mut self.text);
+            } else {
+                self.text.add_all(b"bx");
+                self.text.add(var.tail, var.tail_len.into());
+            }
         }
-        self.text.extend_from_slice(b"$end\n");
-        self.out.write_all(&self.text)
+        self.text.add_all(b"$end\n");
+        self.hand_on(CHUNK)
+    }
+
+    /// Hands the text on if there is so much of it.
+    fn hand_on(&mut self, least: usize) -> io::Result<()> {
+        if self.text.len >= least {
+            self.out.write_all(&self.text.bytes[..self.text.len])?;
+            self.text.len = 0;
+        }
+        Ok(())
     }
 
     /// Ends the file and gives the writer back.
@@ -149,42 +259,12 @@ impl<W: Write> Vcd<W> {
     /// Those of the writer.
     pub fn finish(mut self, cycle: u64) -> io::Result<W> {
         if self.state == Showing::Now {
-            self.text.clear();
-            push_time(&mut self.text, cycle * PERIOD_NS);
-            self.out.write_all(&self.text)?;
+            self.text.add_time(cycle * PERIOD_NS);
         }
+        self.hand_on(0)?;
         self.out.flush()?;
         Ok(self.out)
     }
-}
-
-fn push_time(text: &mut Vec<u8>, time: u64) {
-    text.extend_from_slice(format!("#{time}\n").as_bytes());
-}
-
-fn push_clock(text: &mut Vec<u8>, clock: IdCode, value: u8) {
-    text.push(value);
-    text.extend_from_slice(clock.to_string().as_bytes());
-    text.push(b'\n');
-}
-
-/// `1!` for one bit, `b101 "` for more, without leading zeros.
-#[inline]
-fn push_change(text: &mut Vec<u8>, var: &Var, value: u64) {
-    if var.width == 1 {
-        text.push(b'0' + (value & 1) as u8);
-    } else {
-        text.push(b'b');
-        let used = (u64::BITS - value.leading_zeros()).max(1);
-        let bytes = used.div_ceil(8);
-        let mut buffer = [0; 64];
-        for k in 0..bytes {
-            let byte = (value >> (8 * (bytes - 1 - k))) as u8;
-            buffer[8 * k as usize..8 * (k as usize + 1)].copy_from_slice(&DIGITS[byte as usize]);
-        }
-        text.extend_from_slice(&buffer[(8 * bytes - used) as usize..8 * bytes as usize]);
-    }
-    text.extend_from_slice(&var.tail);
 }
 
 /// Turns declarations into the header's scopes and variables.
@@ -239,8 +319,7 @@ impl<W: Write> Declare for Header<'_, W> {
             }
             let range = (width > 1).then_some(ReferenceIndex::Range(width as i32 - 1, 0));
             let id = header.out.add_var(VarType::Reg, width, name, range)?;
-            let tail = format!("{}{id}\n", if width == 1 { "" } else { " " });
-            header.vars.push(Var { width, tail: tail.into_bytes().into() });
+            header.vars.push(Var::new(id, width));
             Ok(())
         });
     }

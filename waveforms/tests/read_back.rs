@@ -1,6 +1,6 @@
 //! What is written is read back by `wellen`, and held to the letter of the format by a strict reader.
 
-use pellucid_sim::{Declare, Kind, States};
+use pellucid_sim::{Declare, Kind, Sink, States};
 use pellucid_waveforms::{PERIOD_NS, Vcd};
 use std::collections::HashMap;
 
@@ -31,7 +31,7 @@ fn dump(cycles: impl IntoIterator<Item = u64>) -> String {
         if cycle > last + 1 {
             vcd.gap(last + 1).unwrap();
         }
-        vcd.cycle(cycle, |to| to.extend(values(cycle))).unwrap();
+        vcd.cycle(cycle, |to| values(cycle).into_iter().for_each(|value| to.push(value))).unwrap();
         last = cycle;
     }
     String::from_utf8(vcd.finish(last + 1).unwrap()).unwrap()

@@ -47,7 +47,7 @@ fn enumeration(input: &DeriveInput, e: &DataEnum) -> Result<TokenStream> {
                     &::pellucid_sim::States { name: #text, variants: &[#(#variants),*] };
                 to.signal(name, #width, ::pellucid_sim::Kind::State(STATES));
             }
-            fn sample(&self, _: &(), to: &mut Vec<u64>) { to.push(*self as u64); }
+            fn sample(&self, _: &(), to: &mut impl ::pellucid_sim::Sink) { to.push(*self as u64); }
             fn check(&self, _: &()) -> Result<(), ::pellucid_sim::Overflow> { Ok(()) }
             fn restore(_: &(), from: &mut dyn Iterator<Item = u64>) -> Self {
                 let all = [#(#name::#idents),*];
@@ -165,7 +165,7 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
                 #(#declare)*
                 to.close();
             }
-            fn sample(&self, cfg: &#config, to: &mut Vec<u64>) { #(#sample)* }
+            fn sample(&self, cfg: &#config, to: &mut impl ::pellucid_sim::Sink) { #(#sample)* }
             fn check(&self, cfg: &#config) -> Result<(), ::pellucid_sim::Overflow> { #(#check)* Ok(()) }
             fn restore(cfg: &#config, from: &mut dyn Iterator<Item = u64>) -> Self {
                 #name { #(#restore,)* #(#hidden: Default::default(),)* }

@@ -9,8 +9,8 @@
 //! that is in the Verilog, as `--trace` does unless told otherwise; inner wires and the memories' read
 //! pipelines are in that file alone. Either writes a VCD file below the folder for temporary files.
 //!
-//! What building takes is shown for Verilator alone. Its counterpart is `cargo build --release` after
-//! `cargo clean --release -p pellucid-sim -p pellucid-hw -p pellucid-testbench`.
+//! What building takes is shown for Verilator alone: its program is built for a machine and a screen, the
+//! Rust simulation takes both when it runs.
 
 mod verilated;
 
