@@ -59,8 +59,8 @@ pub struct In {
     pub colour: Read<u32>,
 }
 
-/// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default, Signals)]
 #[signals(Screen)]
 pub struct Out {
     /// Reads a pixel's opaque colour.

@@ -35,9 +35,9 @@ pub struct In {
     /// Reads a depth of the front bank: two users.
     #[with(cfg.pixel_bits())]
     pub depth_read: [ReadPort; 2],
-    /// Writes a depth of the front bank.
+    /// Writes a depth of the front bank: two users.
     #[with(cfg.pixel_bits(), Z_BITS)]
-    pub depth_write: WritePort<u32>,
+    pub depth_write: [WritePort<u32>; 2],
     /// Reads a colour of the front bank.
     #[with(cfg.pixel_bits())]
     pub colour_read: ReadPort,
@@ -121,7 +121,9 @@ impl Block for FrameBuffer {
             for user in i.depth_read {
                 m.depth_b.pass_read(user);
             }
-            m.depth_b.pass_write(i.depth_write);
+            for user in i.depth_write {
+                m.depth_b.pass_write(user);
+            }
             m.colour_b.pass_read(i.colour_read);
             for user in i.colour_write {
                 m.colour_b.pass_write(user);
@@ -135,7 +137,9 @@ impl Block for FrameBuffer {
             for user in i.depth_read {
                 m.depth_a.pass_read(user);
             }
-            m.depth_a.pass_write(i.depth_write);
+            for user in i.depth_write {
+                m.depth_a.pass_write(user);
+            }
             m.colour_a.pass_read(i.colour_read);
             for user in i.colour_write {
                 m.colour_a.pass_write(user);
@@ -168,7 +172,7 @@ mod tests {
     fn nothing() -> In {
         In {
             depth_read: [ReadPort::default(); 2],
-            depth_write: WritePort::default(),
+            depth_write: [WritePort::default(); 2],
             colour_read: ReadPort::default(),
             colour_write: [WritePort::default(); 2],
             back_read: ReadPort::default(),
@@ -222,7 +226,7 @@ mod tests {
         let mut sim = cleared();
         let both = In {
             depth_read: [reads(4), ReadPort::default()],
-            depth_write: writes(4, 77),
+            depth_write: [writes(4, 77), WritePort::default()],
             ..nothing()
         };
         sim.clock(both).unwrap();
@@ -233,7 +237,7 @@ mod tests {
     #[derive(Clone, Debug)]
     struct Step {
         depth_read: (bool, u32),
-        depth_write: (u32, u32),
+        depth_write: (bool, u32, u32),
         colour_read: u32,
         colour_write: (bool, u32, u32),
         back_read: u32,
@@ -247,7 +251,7 @@ mod tests {
         let apart = 1..PIXELS;
         (
             (any::<bool>(), pixel.clone()),
-            (pixel.clone(), 0..Z_FAR),
+            (any::<bool>(), pixel.clone(), 0..Z_FAR),
             pixel.clone(),
             (any::<bool>(), apart.clone(), 0..1u32 << 24),
             pixel,
@@ -281,9 +285,12 @@ mod tests {
                 depth_read[usize::from(step.depth_read.0)] = reads(step.depth_read.1);
                 let (user, pixel, colour) = step.colour_write;
                 colour_write[usize::from(user)] = writes(pixel, colour);
+                let mut depth_write = nothing().depth_write;
+                let (user, at, depth) = step.depth_write;
+                depth_write[usize::from(user)] = writes(at, depth);
                 sim.clock(In {
                     depth_read,
-                    depth_write: writes(step.depth_write.0, step.depth_write.1),
+                    depth_write,
                     colour_read: reads(step.colour_read),
                     colour_write,
                     back_read: reads(step.back_read),
@@ -291,7 +298,7 @@ mod tests {
                     clear: Stream::idle(),
                     swap: step.swap,
                 }).unwrap();
-                front.0[step.depth_write.0 as usize] = step.depth_write.1;
+                front.0[at as usize] = depth;
                 front.1[pixel as usize] = colour;
                 let expected = (
                     front.0[step.depth_read.1 as usize],

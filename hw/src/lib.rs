@@ -15,11 +15,13 @@
 
 pub mod allocator;
 pub mod blender;
+pub mod course;
 pub mod depth_test;
 pub mod frame_buffer;
 pub mod machine;
 pub mod params;
 pub mod pixel;
+pub mod rbuffer;
 pub mod scanout;
 pub mod sorter;
 pub mod tbuffer;

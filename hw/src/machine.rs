@@ -2,7 +2,8 @@
 
 use crate::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::{
-    Block, Deadlock, Figure, Handshake, Netlist, Signals, StorageInfo, Stream, Violation,
+    Block, Deadlock, Figure, Handshake, Netlist, Signals, StorageInfo, Stream, StreamMonitor,
+    Violation, Wait,
 };
 
 /// What a machine is at.
@@ -100,6 +101,85 @@ pub trait Monitor<M: Machine + ?Sized>: Sized {
     fn tally(&self, cfg: &M::Config, memories: &[(String, StorageInfo)]) -> Tally;
 }
 
+/// What a stream's monitor has seen.
+pub struct Seen {
+    /// Its traffic.
+    pub tally: StreamTally,
+    /// Something was offered in the last cycle.
+    pub valid: bool,
+    /// The receiver was ready in the last cycle.
+    pub ready: bool,
+}
+
+/// What a stream's monitor has seen.
+pub fn seen<T>(monitor: &StreamMonitor<T>) -> Seen
+where
+    T: Copy + Default + PartialEq + std::fmt::Debug,
+{
+    let (valid, ready) = monitor.last();
+    let StreamMonitor { name, from, to, transfers, stalls, .. } = *monitor;
+    Seen { tally: StreamTally { name, from, to, transfers, stalls }, valid, ready }
+}
+
+/// Who waits for whom; `state` names the state of a block.
+pub fn waits(streams: &[Seen], state: impl Fn(&str) -> &'static str) -> Vec<Wait> {
+    let (mut senders, mut receivers) = (vec![], vec![]);
+    for Seen { tally, valid, ready } in streams {
+        let StreamTally { name: stream, from, to, .. } = *tally;
+        if *valid && !ready {
+            let state = state(from);
+            senders.push(Wait { block: from, state, stream, other: to, sends: true });
+        } else if *ready && !valid {
+            let state = state(to);
+            receivers.push(Wait { block: to, state, stream, other: from, sends: false });
+        }
+    }
+    // Who cannot send is the cause; who has nothing to receive matters only without one.
+    if senders.is_empty() { receivers } else { senders }
+}
+
+/// The memories that there are, with `peak(path, words)` as the most words in use.
+pub fn memory_tallies(
+    memories: &[(String, StorageInfo)],
+    peak: impl Fn(&str, u64) -> u64,
+) -> Vec<MemoryTally> {
+    let there = memories.iter().filter(|(_, info)| info.words > 0);
+    let tally = |(name, info): &(String, StorageInfo)| MemoryTally {
+        name: name.clone(),
+        info: *info,
+        peak_words: peak(name, info.words),
+    };
+    there.map(tally).collect()
+}
+
+/// Counts the cycles of each phase.
+#[derive(Clone, Debug, Default)]
+pub struct PhaseCounts {
+    phases: [u64; 5],
+    /// Cycles of store that came before the phase: a frame's first fragment comes in while the machine
+    /// still is idle.
+    first: u64,
+    scanout: u64,
+}
+
+impl PhaseCounts {
+    /// One cycle: its phase, whether a fragment or an end was taken, whether an image is being shown.
+    #[inline(always)]
+    pub fn observe(&mut self, phase: Phase, came: bool, scanout: bool) {
+        self.phases[phase as usize] += 1;
+        self.first += u64::from(came && phase == Phase::Idle);
+        self.scanout += u64::from(scanout);
+    }
+
+    /// What was counted.
+    pub fn cycles(&self) -> Cycles {
+        let of = |phase: Phase| self.phases[phase as usize];
+        let (store, resolve) = (self.first + of(Phase::Store), of(Phase::Resolve));
+        let (wait, clear) = (of(Phase::Wait), of(Phase::Clear));
+        Cycles { total: store + resolve, store, resolve, wait, scanout: self.scanout, clear }
+    }
+}
+
 /// What a run of a machine came to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
@@ -107,6 +187,8 @@ pub struct Tally {
     pub cycles: Cycles,
     /// Fragments by what became of them.
     pub fragments: Fragments,
+    /// Why fragments are dropped, as a user reads it, with the parameters that could help.
+    pub dropped_since: &'static str,
     /// Cycles in which a stream's offer was not taken: stream, sender, receiver, transfers, stalls.
     pub streams: Vec<StreamTally>,
     /// Memories with their traffic.

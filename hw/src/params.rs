@@ -64,6 +64,32 @@ pub enum ParamError {
     Together(String),
 }
 
+/// A preset: a name for a set of parameters.
+pub struct Preset<P> {
+    /// Its name.
+    pub name: &'static str,
+    /// One sentence.
+    pub about: &'static str,
+    /// Makes the parameters.
+    pub params: fn() -> P,
+}
+
+/// Fragments that an architecture may hold: what a simulation can hold in memory.
+pub const MAX_FRAGMENTS: u64 = 1 << 28;
+
+/// Checks how many fragments the parameters that `what` names hold together.
+///
+/// # Errors
+/// They are more than [`MAX_FRAGMENTS`].
+pub fn too_many_fragments(what: &str, fragments: u64) -> Result<(), ParamError> {
+    if fragments <= MAX_FRAGMENTS {
+        return Ok(());
+    }
+    Err(ParamError::Together(format!(
+        "parameters {what} hold {fragments} fragments: expected at most {MAX_FRAGMENTS}"
+    )))
+}
+
 /// ` (did you mean ...?)`, or nothing where no name is near.
 pub fn did_you_mean(nearest: &Option<impl AsRef<str>>) -> String {
     match nearest {

@@ -2,6 +2,7 @@
 //! the block under test.
 
 use crate::pixel::Screen;
+use crate::rbuffer::{self, queue};
 use crate::tbuffer::config::{Config, PRESETS, Params};
 use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream};
 use proptest::prelude::*;
@@ -26,6 +27,17 @@ pub fn small(fast: bool) -> Config {
         ..(preset.params)()
     };
     Config::new(screen(16, 9), params).unwrap()
+}
+
+/// An R-buffer for few pixels.
+pub fn small_rbuffer(queue: u32, outside_queue: u32) -> rbuffer::config::Config {
+    let params = rbuffer::config::Params { queue, outside_queue, outside_latency: 3 };
+    rbuffer::config::Config::new(screen(7, 3), params).unwrap()
+}
+
+/// An R-buffer's queue for few pixels.
+pub fn queue(on_chip: u32, outside: u32, latency: u32) -> queue::Config {
+    queue::Config { on_chip, outside, latency, screen: screen(5, 3) }
 }
 
 /// In which cycles something happens; repeats without end, and holds at least one cycle in which it

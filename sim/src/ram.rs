@@ -270,6 +270,12 @@ impl<T: Signals + Default> Ram1R1W<T> {
         let (read, write) = (ReadPort::default(), WritePort::default());
         Ram1R1W { core: Words::new(words, item, latency), policy, read, write }
     }
+    /// The same memory outside of the chip: it counts as no area.
+    #[must_use]
+    pub fn outside(mut self) -> Ram1R1W<T> {
+        self.core.outside = true;
+        self
+    }
     /// What it shows in this cycle.
     #[inline(always)]
     pub fn q(&self) -> Read<T> {

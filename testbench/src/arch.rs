@@ -8,8 +8,10 @@ use crate::stimulus::Stimulus;
 use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Census, Check, Machine, Tally};
-use pellucid_hw::params::{Param, ParamError, Parameters, Value, did_you_mean, nearest};
+use pellucid_hw::params::{Param, ParamError, Parameters, Preset, Value, did_you_mean, nearest};
 use pellucid_hw::pixel::{Marked, Screen};
+use pellucid_hw::rbuffer::RBuffer;
+use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
 use pellucid_sim::Signals;
@@ -31,13 +33,26 @@ pub struct Architecture {
 }
 
 /// All architectures; the first is the default.
-pub const ARCHITECTURES: &[Architecture] = &[Architecture {
-    name: "tbuffer",
-    about: "T-buffer: fragments grouped by pixel in sections that any pixel can have",
-    presets: || tbuffer::PRESETS.iter().map(|p| (p.name, p.about)).collect(),
-    parameters: tbuffer::Params::list,
-    build: build_tbuffer,
-}];
+pub const ARCHITECTURES: &[Architecture] = &[
+    Architecture {
+        name: "tbuffer",
+        about: "T-buffer: fragments grouped by pixel in sections that any pixel can have",
+        presets: || about(tbuffer::PRESETS),
+        parameters: tbuffer::Params::list,
+        build: build_tbuffer,
+    },
+    Architecture {
+        name: "rbuffer",
+        about: "R-buffer: fragments in a queue, sent round until all are blended",
+        presets: || about(rbuffer::PRESETS),
+        parameters: rbuffer::Params::list,
+        build: build_rbuffer,
+    },
+];
+
+fn about<P>(presets: &[Preset<P>]) -> Vec<(&'static str, &'static str)> {
+    presets.iter().map(|p| (p.name, p.about)).collect()
+}
 
 /// A machine, or why it cannot be built.
 pub type Built = Result<Box<dyn Runnable>, SettingError>;
@@ -128,13 +143,29 @@ impl Architecture {
     }
 }
 
-fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
-    let preset = tbuffer::PRESETS.iter().find(|p| p.name == preset);
-    let mut params = preset.map_or_else(tbuffer::Params::default, |p| (p.params)());
+/// The parameters of the preset of that name, with the settings over them.
+fn chosen<P: Parameters + Default>(
+    presets: &[Preset<P>],
+    name: &str,
+    settings: &[Setting],
+) -> Result<P, SettingError> {
+    let preset = presets.iter().find(|p| p.name == name);
+    let mut params = preset.map_or_else(P::default, |p| (p.params)());
     for Setting { name, value, origin } in settings {
         let set = params.set(name, value);
         set.map_err(|error| SettingError::Setting { origin: origin.clone(), error })?;
     }
+    Ok(params)
+}
+
+fn build_rbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
+    let params = chosen(rbuffer::PRESETS, preset, settings)?;
+    let cfg = rbuffer::Config::new(screen, params)?;
+    Ok(Box::new(Prepared::<RBuffer> { cfg, values: params.values() }))
+}
+
+fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
+    let params = chosen(tbuffer::PRESETS, preset, settings)?;
     let cfg = tbuffer::Config::new(screen, params)?;
     Ok(match params.allocator {
         AllocatorKind::Fifo => {

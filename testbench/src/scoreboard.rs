@@ -12,6 +12,8 @@ pub struct Verdict {
     pub image: Difference,
     /// Fragments for which the machine had no place.
     pub dropped: u64,
+    /// Why it has none for them.
+    pub dropped_since: &'static str,
     /// Every figure that is not what it must be.
     pub wrong: Vec<Check>,
 }
@@ -44,6 +46,7 @@ impl Verdict {
         Verdict {
             image: image.compare(&reference.image),
             dropped: f.dropped,
+            dropped_since: tally.dropped_since,
             wrong: checks.into_iter().filter(|c| c.expected != c.found).collect(),
         }
     }
@@ -69,11 +72,8 @@ impl Verdict {
         });
         if self.dropped > 0 {
             let difference = difference.map(|text| format!("; {text}")).unwrap_or_default();
-            faults.push(format!(
-                "{} fragments were dropped, no section was free (see `sections` and \
-                 `outside_sections`){difference}",
-                self.dropped
-            ));
+            let (dropped, since) = (self.dropped, self.dropped_since);
+            faults.push(format!("{dropped} fragments were dropped, {since}{difference}"));
         } else {
             faults.extend(difference);
         }

@@ -6,25 +6,46 @@ mod tools;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Frame, Machine, Phase};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
+use pellucid_hw::rbuffer::RBuffer;
+use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
 use pellucid_sim::netlist::{Evaluator, elaborate};
-use pellucid_sim::{Netlist, Sim, Stream};
+use pellucid_sim::{Signals, Sim, Stream};
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// A machine that is small enough for an event-driven simulator.
-const SMALL: [&str; 8] =
-    ["--width", "40", "--height", "30", "-p", "sections=150", "-p", "outside_sections=900"];
+/// A screen that is small enough for an event-driven simulator.
+const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
-/// The four ways in which a T-buffer stores and scans.
-const WAYS: [[&str; 4]; 4] = [
-    ["-p", "append=tail", "-p", "scan=bitmap"],
-    ["-p", "append=tail", "-p", "scan=linear"],
-    ["-p", "append=walk", "-p", "scan=bitmap"],
-    ["-p", "append=walk", "-p", "scan=linear"],
+/// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
+/// stands second.
+const WAYS: [&[&str]; 5] = [
+    &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
+    &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
+    &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
+    &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
+    &["--arch", "rbuffer"],
 ];
+
+/// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the
+/// T-buffer's sorter, so that outside memory is used and several passes occur.
+fn tight(arch: &str) -> &'static [&'static str] {
+    match arch {
+        "tbuffer" => &[
+            "-p",
+            "sections=150",
+            "-p",
+            "outside_sections=900",
+            "-p",
+            "sorter_depth=2",
+            "-p",
+            "section_capacity=2",
+        ],
+        _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
+    }
+}
 
 /// Exports into a new folder.
 #[track_caller]
@@ -80,11 +101,59 @@ fn passes(folder: &Path, run: &Output) {
     assert!(run.status.success());
 }
 
+/// Two frames of a screen of 5 by 4 pixels, with a reset in the first, in the simulation and in the
+/// evaluator.
+fn compare_with_evaluator<M: Machine>(cfg: M::Config)
+where
+    M::Config: Copy,
+    M::State: Signals<Config = M::Config>,
+{
+    let mut evaluator = Evaluator::new(&elaborate::<M>(&cfg));
+    let mut sim = Sim::<M>::new(cfg);
+    let numbers = M::numbers();
+    let fragment = |k: u32| {
+        let n = k.wrapping_mul(2_654_435_761);
+        let alpha = if n & 7 == 0 { 255 } else { n >> 8 & 255 };
+        Fragment { x: n % 5, y: (n >> 9) % 4, z: n >> 3 & 0xff_ffff, rgba: n << 8 | alpha }
+    };
+    let frame = |from| (from..from + 60).map(fragment).map(Marked::item).chain([Marked::end()]);
+    let mut items = frame(0).chain(frame(1000)).peekable();
+    let (mut cycle, mut shown) = (0u32, 0);
+    while shown < 2 * SCREEN.pixels() {
+        assert!(cycle < 5000, "the frames do not end");
+        let late = cycle.is_multiple_of(5);
+        let offer = items.peek().filter(|_| !late).map_or(Stream::idle(), |i| Stream::offer(*i));
+        let i = Frame { fragment: offer, image_ready: !cycle.is_multiple_of(3) };
+        let (mut inputs, mut outputs, mut registers) = (vec![], vec![], vec![]);
+        (numbers.input)(&cfg, &i, &mut inputs);
+        let seen = sim.clock(i).unwrap();
+        (numbers.out)(&cfg, &seen.out, &mut outputs);
+        let ports = M::ports(&seen.out);
+        shown += u32::from(ports.image.fires());
+        if ports.fragment_ready && offer.valid {
+            items.next();
+        }
+        (numbers.state)(&cfg, sim.state(), &mut registers);
+        assert_eq!(evaluator.evaluate(&inputs), outputs, "outputs in cycle {cycle}");
+        evaluator.edge();
+        assert_eq!(evaluator.registers(), registers, "registers after cycle {cycle}");
+        cycle += 1;
+        // Once in mid-frame, everything goes back.
+        if cycle == 60 {
+            assert_ne!(ports.phase, Phase::Clear);
+            sim.reset();
+            evaluator.reset();
+            items = frame(0).chain(frame(1000)).peekable();
+            shown = 0;
+        }
+    }
+}
+
+const SCREEN: Screen = Screen { width: 5, height: 4, background: 0x12_34_56 };
+
 #[test]
-fn the_evaluator_goes_through_frames_as_the_machine_does() {
-    type Buffer = TBuffer<FreeList>;
+fn the_evaluator_goes_through_frames_as_the_tbuffer_does() {
     for (append, scan) in [(Append::Tail, Scan::Bitmap), (Append::Walk, Scan::Linear)] {
-        let screen = Screen { width: 5, height: 4, background: 0x12_34_56 };
         let params = Params {
             sections: 20,
             outside_sections: 30,
@@ -96,45 +165,15 @@ fn the_evaluator_goes_through_frames_as_the_machine_does() {
             scan,
             ..Params::default()
         };
-        let cfg = Config::new(screen, params).unwrap();
-        let mut evaluator = Evaluator::new(&elaborate::<Buffer>(&cfg));
-        let mut sim = Sim::<Buffer>::new(cfg);
-        let numbers = Buffer::numbers();
-        let fragment = |k: u32| {
-            let n = k.wrapping_mul(2_654_435_761);
-            let alpha = if n & 7 == 0 { 255 } else { n >> 8 & 255 };
-            Fragment { x: n % 5, y: (n >> 9) % 4, z: n >> 3 & 0xff_ffff, rgba: n << 8 | alpha }
-        };
-        let frame = |from| (from..from + 60).map(fragment).map(Marked::item).chain([Marked::end()]);
-        let mut items = frame(0).chain(frame(1000)).peekable();
-        let (mut cycle, mut frames) = (0u32, 0);
-        while frames < 2 {
-            assert!(cycle < 5000, "the frames do not end");
-            let late = cycle.is_multiple_of(5);
-            let offer =
-                items.peek().filter(|_| !late).map_or(Stream::idle(), |i| Stream::offer(*i));
-            let i = Frame { fragment: offer, image_ready: !cycle.is_multiple_of(3) };
-            let (mut inputs, mut outputs, mut registers) = (vec![], vec![], vec![]);
-            (numbers.input)(&cfg, &i, &mut inputs);
-            let seen = sim.clock(i).unwrap();
-            (numbers.out)(&cfg, &seen.out, &mut outputs);
-            frames += u32::from(seen.out.events.frame_done);
-            if Buffer::ports(&seen.out).fragment_ready && offer.valid {
-                items.next();
-            }
-            (numbers.state)(&cfg, sim.state(), &mut registers);
-            assert_eq!(evaluator.evaluate(&inputs), outputs, "outputs in cycle {cycle}");
-            evaluator.edge();
-            assert_eq!(evaluator.registers(), registers, "registers after cycle {cycle}");
-            cycle += 1;
-            // Once in mid-frame, everything goes back.
-            if cycle == 60 {
-                assert_ne!(sim.state().phase, Phase::Clear);
-                sim.reset();
-                evaluator.reset();
-                items = frame(0).chain(frame(1000)).peekable();
-            }
-        }
+        compare_with_evaluator::<TBuffer<FreeList>>(Config::new(SCREEN, params).unwrap());
+    }
+}
+
+#[test]
+fn the_evaluator_goes_through_frames_as_the_rbuffer_does() {
+    for (queue, outside_queue) in [(60, 0), (3, 60)] {
+        let params = rbuffer::Params { queue, outside_queue, outside_latency: 4 };
+        compare_with_evaluator::<RBuffer>(rbuffer::Config::new(SCREEN, params).unwrap());
     }
 }
 
@@ -144,10 +183,7 @@ fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
         return;
     }
     for way in WAYS {
-        // On chip there is too little room, and pixels are deeper than the sorter: sections outside and
-        // several passes occur.
-        let deep = ["--stress", "-p", "sorter_depth=2", "-p", "section_capacity=2"];
-        let folder = export(&[&SMALL[..], &way, &deep].concat());
+        let folder = export(&[&SMALL[..], way, tight(way[1]), &["--stress"]].concat());
         passes(folder.path(), &icarus(folder.path()));
     }
 }
@@ -159,7 +195,7 @@ fn icarus_agrees_over_a_complete_frame() {
     }
     for way in WAYS {
         let screen = ["--width", "160", "--height", "120"];
-        let folder = export(&[&screen[..], &way].concat());
+        let folder = export(&[&screen[..], way].concat());
         passes(folder.path(), &icarus(folder.path()));
     }
 }
@@ -170,10 +206,10 @@ fn verilator_has_no_complaint() {
         return;
     }
     for way in WAYS {
-        let folder = export(&[&["--width", "4", "--height", "3"], &way[..]].concat());
+        let folder = export(&[&["--width", "4", "--height", "3"], way].concat());
         let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
         let modules = list.lines().filter(|file| !file.starts_with("lockstep"));
-        let mut args = vec!["--lint-only", "-Wall", "--top-module", "tbuffer"];
+        let mut args = vec!["--lint-only", "-Wall", "--top-module", way[1]];
         args.extend(modules);
         let lint = in_folder(folder.path(), "verilator", &args);
         assert_eq!(text(&lint), "", "{way:?}");
@@ -186,35 +222,23 @@ fn verilator_agrees_over_a_large_frame_and_over_stress() {
     if !tools::have(&["verilator"]) {
         return;
     }
-    let folder = export(&["--scene", "paper-480"]);
-    passes(folder.path(), &verilator(folder.path()));
+    for arch in ["tbuffer", "rbuffer"] {
+        let folder = export(&["--arch", arch, "--scene", "paper-480"]);
+        passes(folder.path(), &verilator(folder.path()));
+    }
     // The same modules for another screen: stalls, a reset and two frames in a row.
-    let folder = export(&[&SMALL[..], &["--stress", "--preset", "paper"]].concat());
+    let folder =
+        export(&[&SMALL[..], tight("tbuffer"), &["--stress", "--preset", "paper"]].concat());
     passes(folder.path(), &verilator(folder.path()));
 }
 
-#[test]
-fn a_fault_in_the_text_is_seen() {
+/// Every fault, a file with what stands there and what is put in its place, makes the comparison fail.
+fn faults_are_seen(args: &[&str], faults: &[(&str, &str, &str)]) {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
     }
-    let folder = export(&[&SMALL[..], &["--preset", "paper"]].concat());
+    let folder = export(&[&SMALL[..], args].concat());
     passes(folder.path(), &icarus(folder.path()));
-    // One operator each, in blocks of every kind.
-    let faults = [
-        ("blender.v", "8'd255 - ", "8'd254 - "),
-        ("chain_reader.v", "position_q + ", "position_q - "),
-        ("depth_test.v", " < depth_data_i", " > depth_data_i"),
-        ("fifo_pending.v", " - ", " + "),
-        ("free_list_on_chip.v", "fresh_q + ", "fresh_q ^ "),
-        ("lookup.v", "ssa_data_head_i == ", "ssa_data_head_i != "),
-        ("ram_1r1w.v", "write_addr_i == read_addr_i", "write_addr_i != read_addr_i"),
-        ("release_queue.v", " + ", " - "),
-        ("scan.v", "next_q + ", "next_q - "),
-        ("sorter.v", " < arrived_payload_item_z_i))", " > arrived_payload_item_z_i))"),
-        ("store.v", "nsa_data_next_i == ", "nsa_data_next_i != "),
-        ("tbuffer.v", " + ", " - "),
-    ];
     for (file, right, wrong) in faults {
         let path = folder.path().join(file);
         let good = std::fs::read_to_string(&path).unwrap();
@@ -226,4 +250,40 @@ fn a_fault_in_the_text_is_seen() {
         assert!(!run.status.success(), "{file}: the run must fail");
         std::fs::write(&path, good).unwrap();
     }
+}
+
+/// One operator each, in blocks of every kind.
+#[test]
+fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
+    let small = ["--preset", "paper", "-p", "sections=150", "-p", "outside_sections=900"];
+    faults_are_seen(
+        &small,
+        &[
+            ("blender.v", "8'd255 - ", "8'd254 - "),
+            ("chain_reader.v", "position_q + ", "position_q - "),
+            ("course.v", " + ", " - "),
+            ("depth_test.v", " < depth_data_i", " > depth_data_i"),
+            ("fifo_pending.v", " - ", " + "),
+            ("free_list_on_chip.v", "fresh_q + ", "fresh_q ^ "),
+            ("lookup.v", "ssa_data_head_i == ", "ssa_data_head_i != "),
+            ("ram_1r1w.v", "write_addr_i == read_addr_i", "write_addr_i != read_addr_i"),
+            ("release_queue.v", " + ", " - "),
+            ("scan.v", "next_q + ", "next_q - "),
+            ("sorter.v", " < arrived_payload_item_z_i))", " > arrived_payload_item_z_i))"),
+            ("store.v", "nsa_data_next_i == ", "nsa_data_next_i != "),
+        ],
+    );
+}
+
+#[test]
+fn a_fault_in_the_text_of_the_rbuffer_is_seen() {
+    faults_are_seen(
+        &[&["--arch", "rbuffer"], tight("rbuffer")].concat(),
+        &[
+            ("passes.v", "left_q - ", "left_q + "),
+            ("queue.v", " + ", " - "),
+            ("selector.v", "farthest_data < ", "farthest_data > "),
+            ("selector.v", "pixels_data[0] ^ ", "pixels_data[1] ^ "),
+        ],
+    );
 }

@@ -1,7 +1,7 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
 use super::release;
-use crate::params::ParamError;
+use crate::params::{ParamError, Preset, too_many_fragments};
 use crate::pixel::Screen;
 use crate::{allocator, choice, parameters, sorter};
 use pellucid_sim::bits_for;
@@ -58,21 +58,8 @@ parameters! {
     }
 }
 
-/// Fragments that all sections together may hold: what a simulation can hold in memory.
-pub const MAX_FRAGMENTS: u64 = 1 << 28;
-
-/// A preset: a name for a set of parameters.
-pub struct Preset {
-    /// Its name.
-    pub name: &'static str,
-    /// One sentence.
-    pub about: &'static str,
-    /// Makes the parameters.
-    pub params: fn() -> Params,
-}
-
 /// All presets; the first is the default.
-pub const PRESETS: &[Preset] = &[
+pub const PRESETS: &[Preset<Params>] = &[
     Preset {
         name: "fast",
         about: "append=tail, scan=bitmap: about one fragment a cycle in either phase.",
@@ -110,16 +97,12 @@ impl Config {
     /// Checks the parameters against each other.
     ///
     /// # Errors
-    /// If all sections together would hold more than [`MAX_FRAGMENTS`] fragments.
+    /// If all sections together would hold more fragments than a simulation can.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let sections = u64::from(params.sections) + u64::from(params.outside_sections);
         let fragments = sections * u64::from(params.section_capacity);
-        if fragments > MAX_FRAGMENTS {
-            return Err(ParamError::Together(format!(
-                "parameters `sections` + `outside_sections` times `section_capacity` hold {fragments} \
-                 fragments: expected at most {MAX_FRAGMENTS}"
-            )));
-        }
+        let what = "`sections` + `outside_sections` times `section_capacity`";
+        too_many_fragments(what, fragments)?;
         let null = params.sections + params.outside_sections;
         let sorter =
             sorter::Config { depth: params.sorter_depth, screen, layer_bits: bits_for(fragments) };

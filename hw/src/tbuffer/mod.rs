@@ -42,6 +42,7 @@ pub mod walk;
 
 use crate::allocator::{self, Allocator};
 use crate::blender::Sorted;
+use crate::course::{self, Course};
 use crate::depth_test::{self, DepthTest};
 use crate::frame_buffer::{self, FrameBuffer};
 use crate::machine::{Frame, Phase};
@@ -53,7 +54,7 @@ use lookup::Chain;
 use nsa::Nsa;
 use occupancy::Occupancy;
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 use pool::Pool;
 use resolve::Resolve;
 use sections::Sections;
@@ -67,15 +68,9 @@ pub struct TBuffer<A>(PhantomData<A>);
 /// Registers.
 #[derive(Clone, Copy, Signals)]
 pub struct State<A: Allocator> {
-    /// What the machine is at.
-    pub phase: Phase,
-    /// The pixel that is cleared next, after reset.
-    #[with(cfg.screen.pixel_bits())]
-    pub clear: Stream<u32>,
-    /// The end of the frame has come in: fragments of the next one must wait.
-    pub ended: bool,
-    /// The image is complete.
-    pub resolved: bool,
+    /// See [`course`].
+    #[with(cfg.screen)]
+    pub course: course::State,
     /// See [`depth_test`].
     #[with(cfg.screen)]
     pub depth_test: depth_test::State,
@@ -211,10 +206,7 @@ impl<A: Allocator> Block for TBuffer<A> {
 
     fn reset(cfg: &Config) -> State<A> {
         State {
-            phase: Phase::Clear,
-            clear: Stream::offer(0),
-            ended: false,
-            resolved: false,
+            course: Course::reset(&cfg.screen),
             depth_test: DepthTest::reset(&cfg.screen),
             store: Store::reset(cfg),
             pool: Pool::<A>::reset(cfg),
@@ -257,14 +249,13 @@ impl<A: Allocator> Block for TBuffer<A> {
         let scanout = Scanout::moore(screen, &q.scanout, &m.scanout);
 
         // Store, clocked from a frame's first offer on: from the depth test to the sections.
-        let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
-        let fragment_ready = open && depth_test_ready;
-        let comes = i.fragment.valid && fragment_ready;
-        let storing = q.phase == Phase::Store || (open && i.fragment.valid);
+        let course = Course::moore(screen, &q.course, &());
+        let fragment_ready = course.open && depth_test_ready;
+        let storing = course.phase == Phase::Store || (course.open && i.fragment.valid);
         let (test, store) = if storing {
             let to_depth_test = depth_test::In {
                 fragment: Stream {
-                    valid: i.fragment.valid && !q.ended,
+                    valid: i.fragment.valid && course.open,
                     payload: i.fragment.payload,
                 },
                 depth: buffer.depth,
@@ -290,7 +281,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         };
 
         // Resolve, clocked from the end of the store on.
-        let resolve = if store.frame_stored || q.phase == Phase::Resolve {
+        let resolve = if store.frame_stored || course.phase == Phase::Resolve {
             let to_resolve = resolve::In {
                 start: store.frame_stored,
                 ssa,
@@ -305,39 +296,14 @@ impl<A: Allocator> Block for TBuffer<A> {
             resolve::Out::default()
         };
 
-        // The frame's course.
-        let resolved = q.resolved || resolve.done;
-        let frame_done = resolved && !scanout.busy;
-        match q.phase {
-            Phase::Clear => {
-                if q.clear.valid {
-                    let last = q.clear.payload + 1 == screen.pixels();
-                    d.clear =
-                        if last { Stream::idle() } else { Stream::offer(q.clear.payload + 1) };
-                } else {
-                    d.phase = Phase::Idle;
-                }
-            }
-            Phase::Idle => {
-                if comes {
-                    d.phase = Phase::Store;
-                }
-            }
-            Phase::Store => {
-                if store.frame_stored {
-                    d.phase = Phase::Resolve;
-                }
-            }
-            Phase::Resolve | Phase::Wait => {
-                if frame_done {
-                    d.phase = Phase::Idle;
-                } else if resolved {
-                    d.phase = Phase::Wait;
-                }
-            }
-        }
-        d.ended = (q.ended || (comes && i.fragment.payload.end)) && !frame_done;
-        d.resolved = resolved && !frame_done;
+        let to_course = course::In {
+            comes: i.fragment.valid && fragment_ready,
+            end: i.fragment.payload.end,
+            stored: store.frame_stored,
+            resolved: resolve.done,
+            busy: scanout.busy,
+        };
+        let frame_done = Course::next(screen, &q.course, &mut d.course, &mut (), to_course).done;
 
         // The tables and the frame buffer serve whoever asks.
         let to_ssa = ssa::In {
@@ -345,7 +311,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             store_write: store.ssa_write,
             lookup_read: resolve.ssa_read,
             lookup_write: resolve.ssa_write,
-            clear: q.clear,
+            clear: course.clear,
         };
         Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
         let to_nsa = nsa::In { store: store.nsa, chain: resolve.nsa };
@@ -357,7 +323,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             summary_clear: resolve.scan.summary_clear,
             word_read: resolve.scan.word_read,
             word_clear: resolve.scan.word_clear,
-            clear: q.clear,
+            clear: course.clear,
         };
         Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
         let to_sections = sections::In { write: store.place, word: store.word, read: resolve.read };
@@ -376,12 +342,12 @@ impl<A: Allocator> Block for TBuffer<A> {
         };
         let to_buffer = frame_buffer::In {
             depth_read: [test.depth_read, resolve.depth_read],
-            depth_write: test.depth_write,
+            depth_write: [test.depth_write, WritePort::default()],
             colour_read: resolve.colour_read,
             colour_write: [test.colour_write, resolve.colour_write],
             back_read: shown.read,
             wipe: shown.wipe,
-            clear: q.clear,
+            clear: course.clear,
             swap: frame_done,
         };
         FrameBuffer::next(
@@ -393,7 +359,7 @@ impl<A: Allocator> Block for TBuffer<A> {
         );
 
         Out {
-            phase: q.phase,
+            phase: course.phase,
             fragment: i.fragment.with(fragment_ready),
             image: scanout.image.with(i.image_ready),
             passed: test.passed.with(store_ready),

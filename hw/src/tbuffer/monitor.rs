@@ -7,13 +7,13 @@ use super::{Out, State};
 use crate::allocator::Allocator;
 use crate::blender::Sorted;
 use crate::machine::{
-    Census, Check, Cycles, Fragments, Machine, MemoryTally, Monitor, Phase, Ports, StreamTally,
-    Tally,
+    Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    memory_tallies, seen, waits,
 };
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
 use crate::sorter::Arrived;
 use pellucid_sim::signals::state_name;
-use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation, Wait};
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
     /// The T-buffer's own figures.
@@ -80,8 +80,7 @@ struct Queues {
 
 /// See the module's description.
 pub struct TBufferMonitor {
-    phases: [u64; 5],
-    cycles: Cycles,
+    phases: PhaseCounts,
     fragments: Fragments,
     own: Own,
     frame: Usage,
@@ -105,11 +104,8 @@ impl TBufferMonitor {
         self.pixel.observe(o.pixel)?;
 
         let e = &o.events;
-        let came = o.fragment.fires();
-        // The first fragment of a frame comes in while the machine is still idle.
-        self.cycles.store += u64::from(came && o.phase == Phase::Idle);
         let f = &mut self.fragments;
-        f.arrived += u64::from(came && !o.fragment.payload.end);
+        f.arrived += u64::from(o.fragment.fires() && !o.fragment.payload.end);
         f.drawn += u64::from(e.drawn);
         f.hidden += u64::from(e.hidden);
         f.stored += u64::from(e.stored);
@@ -165,24 +161,17 @@ impl TBufferMonitor {
         Ok(())
     }
 
-    /// Calls `see` for every stream's monitor.
-    fn each_stream(&self, see: &mut dyn FnMut(StreamTally, bool, bool)) {
-        fn one<T>(m: &StreamMonitor<T>, see: &mut dyn FnMut(StreamTally, bool, bool))
-        where
-            T: Copy + Default + PartialEq + std::fmt::Debug,
-        {
-            let (valid, ready) = m.last();
-            let StreamMonitor { name, from, to, transfers, stalls, .. } = *m;
-            see(StreamTally { name, from, to, transfers, stalls }, valid, ready);
-        }
-        one(&self.fragment, see);
-        one(&self.passed, see);
-        one(&self.release, see);
-        one(&self.pixel, see);
-        one(&self.chain, see);
-        one(&self.arrived, see);
-        one(&self.sorted, see);
-        one(&self.image, see);
+    fn streams(&self) -> [Seen; 8] {
+        [
+            seen(&self.fragment),
+            seen(&self.passed),
+            seen(&self.release),
+            seen(&self.pixel),
+            seen(&self.chain),
+            seen(&self.arrived),
+            seen(&self.sorted),
+            seen(&self.image),
+        ]
     }
 
     /// The most words of a memory, by its path, that held something of use at once.
@@ -261,8 +250,7 @@ impl<A: Allocator> Machine for TBuffer<A> {
 impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
     fn new(_: &Config) -> TBufferMonitor {
         TBufferMonitor {
-            phases: [0; 5],
-            cycles: Cycles::default(),
+            phases: PhaseCounts::default(),
             fragments: Fragments::default(),
             own: Own::default(),
             frame: Usage::default(),
@@ -281,12 +269,11 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
 
     #[inline(always)]
     fn observe(&mut self, _: &Config, q: &State<A>, o: &Out) -> Result<(), Violation> {
-        self.phases[o.phase as usize] += 1;
+        self.phases.observe(o.phase, o.fragment.fires(), o.events.scanout);
         if o.phase != Phase::Clear {
             self.fragment.observe(o.fragment)?;
         }
         self.image.observe(o.image)?;
-        self.cycles.scanout += u64::from(o.events.scanout);
         self.queues.scanout = self.queues.scanout.max(q.scanout.queue.count);
         // What is not clocked in a phase has nothing to show.
         match o.phase {
@@ -297,9 +284,7 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
     }
 
     fn transfers(&self) -> u64 {
-        let mut sum = 0;
-        self.each_stream(&mut |stream, _, _| sum += stream.transfers);
-        sum
+        self.streams().iter().map(|stream| stream.tally.transfers).sum()
     }
 
     fn deadlock(&self, cycle: u64, idle: u64, q: &State<A>) -> Deadlock {
@@ -308,56 +293,25 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
             "scan" => state_name(q.resolve.scan.fsm),
             "chain" => state_name(q.resolve.chain.fsm),
             "scanout" => state_name(q.scanout.fsm),
-            _ => state_name(q.phase),
+            _ => state_name(q.course.phase),
         };
-        let (mut senders, mut receivers) = (vec![], vec![]);
-        self.each_stream(&mut |StreamTally { name, from, to, .. }, valid, ready| {
-            if valid && !ready {
-                let (block, other) = (from, to);
-                senders.push(Wait { block, state: state(block), stream: name, other, sends: true });
-            } else if ready && !valid {
-                let (block, other) = (to, from);
-                let state = state(block);
-                receivers.push(Wait { block, state, stream: name, other, sends: false });
-            }
-        });
-        // Who cannot send is the cause; who has nothing to receive matters only without one.
-        let waits = if senders.is_empty() { receivers } else { senders };
+        let waits = waits(&self.streams(), state);
         Deadlock { cycle, idle, waits }
     }
 
     fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
-        let of = |phase: Phase| self.phases[phase as usize];
-        let store = self.cycles.store + of(Phase::Store);
-        let resolve = of(Phase::Resolve);
         let peak = self.peak.max(self.frame);
         let own = Own {
             peak_sections: peak.sections,
             peak_outside_sections: peak.outside_sections,
             ..self.own
         };
-        let mut streams = vec![];
-        self.each_stream(&mut |stream, _, _| streams.push(stream));
         Tally {
-            cycles: Cycles {
-                total: store + resolve,
-                store,
-                resolve,
-                wait: of(Phase::Wait),
-                clear: of(Phase::Clear),
-                ..self.cycles
-            },
+            cycles: self.phases.cycles(),
             fragments: Fragments { culled: own.culled_early + own.culled_late, ..self.fragments },
-            streams,
-            memories: memories
-                .iter()
-                .filter(|(_, info)| info.words > 0)
-                .map(|(name, info)| MemoryTally {
-                    name: name.clone(),
-                    info: *info,
-                    peak_words: self.peak_words(cfg, name, info.words),
-                })
-                .collect(),
+            dropped_since: "no section was free (see `sections` and `outside_sections`)",
+            streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
+            memories: memory_tallies(memories, |name, words| self.peak_words(cfg, name, words)),
             seed_accesses: self.fragments.stored + own.fragments_read + own.chains_read,
             seed_bytes: seed_bytes(cfg, u64::from(cfg.null)),
             seed_bytes_used: seed_bytes(cfg, peak.sections),

@@ -124,7 +124,7 @@ pub fn agrees<B: Netlist>(cfg: &B::Config) -> Result<(), String> {
             }
         }
     }
-    if compared < CYCLES / 8 {
+    if compared < CYCLES / 16 {
         return Err(format!("`{}`: only {compared} of {CYCLES} cycles could be compared", B::NAME));
     }
     Ok(())

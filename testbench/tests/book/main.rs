@@ -8,12 +8,14 @@ mod timing;
 
 use page::{documented, holds, link_targets, root, text_of};
 use pellucid_hw::allocator::{self, FreeList};
-use pellucid_hw::params::Parameters;
+use pellucid_hw::params::{Parameters, Preset};
 use pellucid_hw::pixel::Screen;
+use pellucid_hw::rbuffer;
 use pellucid_hw::tbuffer::State;
 use pellucid_hw::tbuffer::config::{Append, Config, PRESETS, Params, Scan};
 use pellucid_sim::netlist::elaborate;
 use pellucid_sim::{Declare, Kind, Signals};
+use pellucid_testbench::arch::ARCHITECTURES;
 use serde_json::{Map, Value};
 use std::path::Path;
 use std::process::Command;
@@ -22,27 +24,26 @@ use std::process::Command;
 fn what_pages_quote_from_the_sources_is_there() {
     let example = documented("sim/src/lib.rs", "```\n");
     holds("clock.md", "example", &format!("```rust\n{example}\n```\n"));
-    let diagram = documented("hw/src/tbuffer/mod.rs", "```text\n");
-    holds("tbuffer.md", "diagram", &format!("```text\n{diagram}\n```\n"));
+    for arch in ["tbuffer", "rbuffer"] {
+        let diagram = documented(&format!("hw/src/{arch}/mod.rs"), "```text\n");
+        holds(&format!("{arch}.md"), "diagram", &format!("```text\n{diagram}\n```\n"));
+    }
 }
 
-#[test]
-fn the_table_of_parameters_is_that_of_the_code() {
+/// The tables of an architecture's parameters and presets.
+fn parameters_and_presets<P: Parameters + Default>(page: &str, presets: &[Preset<P>]) {
     let mut table =
         String::from("| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n");
-    for p in Params::list() {
+    for p in P::list() {
         let (name, default, unit, range, about) = (p.name, p.default, p.unit, p.range, p.about);
         table += &format!("| `{name}` | `{default}` | {unit} | {range} | {about} |\n");
     }
-    holds("tbuffer.md", "parameters", &table);
-}
+    holds(page, "parameters", &table);
 
-#[test]
-fn the_table_of_presets_is_that_of_the_code() {
     let mut table =
         String::from("| preset | what it is | differs from the default in |\n|---|---|---|\n");
-    for preset in PRESETS {
-        let differs: Vec<String> = Params::default()
+    for preset in presets {
+        let differs: Vec<String> = P::default()
             .values()
             .into_iter()
             .zip((preset.params)().values())
@@ -52,7 +53,13 @@ fn the_table_of_presets_is_that_of_the_code() {
         let differs = if differs.is_empty() { "nothing".into() } else { differs.join(", ") };
         table += &format!("| `{}` | {} | {differs} |\n", preset.name, preset.about);
     }
-    holds("tbuffer.md", "presets", &table);
+    holds(page, "presets", &table);
+}
+
+#[test]
+fn the_tables_of_parameters_and_presets_are_those_of_the_code() {
+    parameters_and_presets("tbuffer.md", PRESETS);
+    parameters_and_presets("rbuffer.md", rbuffer::config::PRESETS);
 }
 
 /// Collects the state machines of a bundle of registers.
@@ -80,13 +87,21 @@ impl Declare for StateMachines {
 fn the_numbers_of_states_are_those_of_the_code() {
     let screen = Screen { width: 1, height: 1, background: 0 };
     let cfg = Config::new(screen, Params::default()).unwrap();
-    let mut machines = StateMachines::default();
-    State::<FreeList>::declare(&cfg, "registers", &mut machines);
-    let mut table = String::from("| state machine | states |\n|---|---|\n");
-    for (path, states) in machines.found {
-        let states: Vec<String> =
-            states.iter().enumerate().map(|(number, name)| format!("{number} `{name}`")).collect();
-        table += &format!("| `{path}` | {} |\n", states.join(", "));
+    let mut tbuffer = StateMachines::default();
+    State::<FreeList>::declare(&cfg, "registers", &mut tbuffer);
+    let cfg = rbuffer::config::Config::new(screen, rbuffer::config::Params::default()).unwrap();
+    let mut rbuffer = StateMachines::default();
+    rbuffer::State::declare(&cfg, "registers", &mut rbuffer);
+    let mut table = String::from("| architecture | state machine | states |\n|---|---|---|\n");
+    for (arch, machines) in [("tbuffer", tbuffer), ("rbuffer", rbuffer)] {
+        for (path, states) in machines.found {
+            let states: Vec<String> = states
+                .iter()
+                .enumerate()
+                .map(|(number, name)| format!("{number} `{name}`"))
+                .collect();
+            table += &format!("| `{arch}` | `{path}` | {} |\n", states.join(", "));
+        }
     }
     holds("waveforms.md", "states", &table);
 }
@@ -105,20 +120,23 @@ fn the_timing_diagrams_are_those_of_the_model() {
 #[test]
 fn every_figure_of_a_run_is_explained() {
     let folder = tempfile::tempdir().unwrap();
-    let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
-        .args(["run", "--scene", "glass", "--width", "64", "--height", "48", "--no-wave", "--json"])
-        .arg("--out")
-        .arg(folder.path())
-        .output()
-        .unwrap();
-    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let report: Value = serde_json::from_slice(&run.stdout).unwrap();
-    let about = report["about"].as_object().unwrap();
+    let mut about = Map::new();
+    for arch in ARCHITECTURES {
+        let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+            .args(["run", "--arch", arch.name, "--width", "64", "--height", "48", "--no-wave"])
+            .args(["--json", "--out"])
+            .arg(folder.path())
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+        about.extend(report["about"].as_object().unwrap().clone());
+    }
     let mut groups: Vec<&str> = about.keys().map(|name| group_of(name)).collect();
     groups.dedup();
     let mut text = String::new();
     for group in groups {
-        text += &figures_of(group, about);
+        text += &figures_of(group, &about);
     }
     holds("figures.md", "figures", &text);
 }

@@ -169,7 +169,7 @@ fn the_waveform_is_read_back() {
     for name in ["top.clk", "top.machine.wires.image.valid", "top.machine.registers.store.fsm"] {
         var(name);
     }
-    let phase = var("top.machine.registers.phase");
+    let phase = var("top.machine.registers.course.phase");
     let (_, names) = phase.enum_type(hierarchy).unwrap();
     let names: BTreeMap<String, String> =
         names.into_iter().map(|(bits, name)| (bits.to_string(), name.to_string())).collect();

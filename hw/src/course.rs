@@ -1,0 +1,129 @@
+//! The course of a frame: what a machine is at.
+//!
+//! ```text
+//!                              +--------+
+//!  fragment comes, its end --->|        |---> phase, open
+//!  stored, resolved ---------->| Course |---> clear (pixel by pixel, after reset)
+//!  busy showing -------------->|        |---> done (banks swap, show)
+//!                              +--------+
+//! ```
+//! After reset all pixels are cleared, one a cycle. A frame is stored, then resolved; `done` comes in the
+//! cycle in which it is both complete and free to be shown, and the next frame may come in the cycle after.
+
+use crate::machine::Phase;
+use crate::pixel::Screen;
+use pellucid_sim::Block;
+use pellucid_sim::{Signals, Stream, rtl};
+
+/// See the module's description.
+pub struct Course;
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct State {
+    /// What the machine is at.
+    pub phase: Phase,
+    /// The pixel that is cleared next, after reset.
+    #[with(cfg.pixel_bits())]
+    pub clear: Stream<u32>,
+    /// The end of the frame has come in: fragments of the next one must wait.
+    pub ended: bool,
+    /// The image is complete.
+    pub resolved: bool,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct In {
+    /// A fragment or the end of a frame is taken.
+    pub comes: bool,
+    /// It is the end.
+    pub end: bool,
+    /// The frame's last fragment is stored.
+    pub stored: bool,
+    /// The frame's last pixel is written.
+    pub resolved: bool,
+    /// The frame before is still being shown.
+    pub busy: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct Moore {
+    /// What the machine is at.
+    pub phase: Phase,
+    /// Fragments may come.
+    pub open: bool,
+    /// The pixel that is cleared.
+    #[with(cfg.pixel_bits())]
+    pub clear: Stream<u32>,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// The frame is complete and is shown from the next cycle on.
+    pub done: bool,
+}
+
+#[rtl(output = (), check(Course, crate::test_util::screen(5, 3)))]
+impl Block for Course {
+    type Config = Screen;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = ();
+
+    fn reset(_: &Screen) -> State {
+        State { phase: Phase::Clear, clear: Stream::offer(0), ended: false, resolved: false }
+    }
+
+    fn memories(_: &Screen) {}
+
+    #[inline(always)]
+    fn moore(_: &Screen, q: &State, (): &()) -> Moore {
+        let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
+        Moore { phase: q.phase, open, clear: q.clear }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
+        let resolved = q.resolved || i.resolved;
+        let done = resolved && !i.busy;
+        match q.phase {
+            Phase::Clear => {
+                if q.clear.valid {
+                    let last = q.clear.payload + 1 == cfg.pixels();
+                    d.clear =
+                        if last { Stream::idle() } else { Stream::offer(q.clear.payload + 1) };
+                } else {
+                    d.phase = Phase::Idle;
+                }
+            }
+            Phase::Idle => {
+                if i.comes {
+                    d.phase = Phase::Store;
+                }
+            }
+            Phase::Store => {
+                if i.stored {
+                    d.phase = Phase::Resolve;
+                }
+            }
+            Phase::Resolve | Phase::Wait => {
+                if done {
+                    d.phase = Phase::Idle;
+                } else if resolved {
+                    d.phase = Phase::Wait;
+                }
+            }
+        }
+        d.ended = (q.ended || (i.comes && i.end)) && !done;
+        d.resolved = resolved && !done;
+        Out { done }
+    }
+}

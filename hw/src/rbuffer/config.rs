@@ -1,0 +1,62 @@
+//! The R-buffer's parameters, and what the blocks derive from them.
+
+use super::queue;
+use crate::parameters;
+use crate::params::{ParamError, Preset, too_many_fragments};
+use crate::pixel::Screen;
+
+parameters! {
+    /// What a user chooses.
+    pub struct Params {
+        /// Fragments that the queue holds on chip.
+        queue: u32 = 786_432, "fragments", 2..=1 << 28;
+        /// Further fragments that it holds in outside memory, once there is no room on chip.
+        outside_queue: u32 = 3_145_728, "fragments", 0..=1 << 28;
+        /// From a read request to outside memory to its data.
+        outside_latency: u32 = 64, "cycles", 1..=1024;
+    }
+}
+
+/// All presets; the first is the default.
+pub const PRESETS: &[Preset<Params>] = &[
+    Preset {
+        name: "on-chip",
+        about: "queue=786432: the frame's fragments stay on chip, as in seed 000.",
+        params: Params::default,
+    },
+    Preset {
+        name: "outside",
+        about: "queue=128: the queue lies in outside memory, with both ends on chip.",
+        params: || Params { queue: 128, ..Params::default() },
+    },
+];
+
+/// Everything that the blocks need to know, checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// The parameters.
+    pub params: Params,
+    /// The queue.
+    pub queue: queue::Config,
+}
+
+impl Config {
+    /// Checks the parameters against each other.
+    ///
+    /// # Errors
+    /// If the queue would hold more fragments than a simulation can.
+    pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
+        let Params { queue: on_chip, outside_queue: outside, outside_latency: latency } = params;
+        let fragments = u64::from(on_chip) + u64::from(outside);
+        too_many_fragments("`queue` + `outside_queue`", fragments)?;
+        let queue = queue::Config { on_chip, outside, latency, screen };
+        Ok(Config { screen, params, queue })
+    }
+
+    /// All fragments that the queue holds.
+    pub fn capacity(&self) -> u64 {
+        u64::from(self.params.queue) + u64::from(self.params.outside_queue)
+    }
+}

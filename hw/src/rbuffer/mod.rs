@@ -1,0 +1,334 @@
+//! The R-buffer (seed 000): transparent fragments in a queue in arrival order, sent round until each
+//! pixel's are blended, the farthest first.
+//!
+//! ```text
+//!             +-----------+ passed       +----------+ picked   +---------+
+//! fragment -->| DepthTest |------->+---->| Selector |--------->| Blender |
+//!             +-----------+        |     +----------+          +---------+
+//!                   |              |       |      |                 |
+//!                   |       popped |       |      | pushed          |
+//!                   |          +--------+  |  +-------+             |
+//!                   |          | Passes |  |  | Queue |             |
+//!                   |          +--------+  |  +-------+             |
+//!                   |              ^-------|------+                 |
+//!                   | opaque depth         | depth                  | colour
+//!                   v                      v                        v
+//!             +------------------------------------------------------------+
+//!             | FrameBuffer: depth and colour, two banks                   |
+//!             +------------------------------------------------------------+
+//!                   |
+//!             +---------+
+//!             | Scanout |--> image
+//!             +---------+
+//! ```
+//! A frame's transparent fragments go through the selector into the queue. Then pass follows pass: all that
+//! is in the queue goes through the selector once, the farthest fragment of each pixel is blended, and the
+//! rest goes back. Nothing has to be cleared between frames.
+
+pub mod config;
+pub mod monitor;
+pub mod passes;
+pub mod queue;
+pub mod selector;
+
+use crate::blender::{self, Blender, Sorted};
+use crate::course::{self, Course};
+use crate::depth_test::{self, DepthTest};
+use crate::frame_buffer::{self, FrameBuffer};
+use crate::machine::{Frame, Phase};
+use crate::pixel::{Fragment, Marked, PixelFragment};
+use crate::scanout::{self, Scanout};
+use config::Config;
+use passes::Passes;
+use pellucid_sim::Block;
+use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
+use queue::Queue;
+use selector::Selector;
+
+/// The machine.
+pub struct RBuffer;
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// See [`course`].
+    #[with(cfg.screen)]
+    pub course: course::State,
+    /// See [`depth_test`].
+    #[with(cfg.screen)]
+    pub depth_test: depth_test::State,
+    /// See [`selector`].
+    #[with(cfg.screen)]
+    pub selector: selector::State,
+    /// See [`queue`].
+    #[with(cfg.queue)]
+    pub queue: queue::State,
+    /// See [`passes`].
+    #[with(cfg.queue)]
+    pub passes: passes::State,
+    /// See [`blender`].
+    #[with(cfg.screen)]
+    pub blender: blender::State,
+    /// See [`frame_buffer`].
+    #[with(cfg.screen)]
+    pub frame_buffer: frame_buffer::State,
+    /// See [`scanout`].
+    #[with(cfg.screen)]
+    pub scanout: scanout::State,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// See [`selector`].
+    pub selector: selector::Mem,
+    /// See [`queue`].
+    pub queue: queue::Mem,
+    /// See [`depth_test`].
+    pub depth_test: depth_test::Mem,
+    /// See [`frame_buffer`].
+    pub frame_buffer: frame_buffer::Mem,
+    /// See [`scanout`].
+    pub scanout: scanout::Mem,
+}
+
+/// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
+/// its blocks did.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What the machine is at.
+    pub phase: Phase,
+    /// Fragments come in, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Handshake<Marked<Fragment>>,
+    /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
+    #[with(24)]
+    pub image: Handshake<u32>,
+    /// Transparent fragments in front, then the end of the arrivals.
+    #[with(cfg.screen)]
+    pub passed: Handshake<Marked<PixelFragment>>,
+    /// What comes out of the queue, then the end of the pass.
+    #[with(cfg.screen)]
+    pub popped: Handshake<Marked<PixelFragment>>,
+    /// What goes into the queue.
+    #[with(cfg.screen)]
+    pub pushed: Handshake<PixelFragment>,
+    /// Fragments in each pixel's blending order.
+    #[with(cfg.screen)]
+    pub picked: Handshake<Marked<Sorted>>,
+    /// What happened.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Events {
+    /// An opaque fragment was drawn.
+    pub drawn: bool,
+    /// An opaque fragment was hidden.
+    pub hidden: bool,
+    /// A transparent fragment was hidden on arrival.
+    pub culled_early: bool,
+    /// A fragment went into outside memory.
+    pub spilled: bool,
+    /// A fragment found no room.
+    pub dropped: bool,
+    /// A pass begins with the next cycle.
+    pub pass_begins: bool,
+    /// A stored fragment turned out to be hidden.
+    pub culled_late: bool,
+    /// A fragment was blended.
+    pub blended: bool,
+    /// The image is being shown.
+    pub scanout: bool,
+    /// The machine holds a finished frame.
+    pub frame_done: bool,
+}
+
+#[rtl(
+    name = "rbuffer",
+    input = cfg.screen,
+    output = *cfg,
+    check(RBuffer, crate::test_util::small_rbuffer(4, 7)),
+    check(RBuffer, crate::test_util::small_rbuffer(9, 0))
+)]
+impl Block for RBuffer {
+    type Config = Config;
+    type State = State;
+    type In = Frame;
+    type Moore = ();
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        State {
+            course: Course::reset(&cfg.screen),
+            depth_test: DepthTest::reset(&cfg.screen),
+            selector: Selector::reset(&cfg.screen),
+            queue: Queue::reset(&cfg.queue),
+            passes: Passes::reset(&cfg.queue),
+            blender: Blender::reset(&cfg.screen),
+            frame_buffer: FrameBuffer::reset(&cfg.screen),
+            scanout: Scanout::reset(&cfg.screen),
+        }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem {
+            selector: Selector::memories(&cfg.screen),
+            queue: Queue::memories(&cfg.queue),
+            depth_test: DepthTest::memories(&cfg.screen),
+            frame_buffer: FrameBuffer::memories(&cfg.screen),
+            scanout: Scanout::memories(&cfg.screen),
+        }
+    }
+
+    fn moore(_: &Config, _: &State, _: &Self::Mem) {}
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: Frame) -> Out {
+        let screen = &cfg.screen;
+
+        // What every block shows before its inputs are known.
+        let course = Course::moore(screen, &q.course, &());
+        let buffer = FrameBuffer::moore(screen, &q.frame_buffer, &m.frame_buffer);
+        let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
+        let selector_ready = Selector::moore(screen, &q.selector, &m.selector).ready;
+        let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
+        let passes = Passes::moore(&cfg.queue, &q.passes, &());
+        let scanout = Scanout::moore(screen, &q.scanout, &m.scanout);
+
+        // Arrivals, clocked from a frame's first offer on.
+        let fragment_ready = course.open && depth_test_ready;
+        let storing = course.phase == Phase::Store || (course.open && i.fragment.valid);
+        let resolving = course.phase == Phase::Resolve;
+        let test = if storing {
+            let to_depth_test = depth_test::In {
+                fragment: Stream {
+                    valid: i.fragment.valid && course.open,
+                    payload: i.fragment.payload,
+                },
+                depth: buffer.depth,
+                passed_ready: selector_ready,
+            };
+            DepthTest::next(
+                screen,
+                &q.depth_test,
+                &mut d.depth_test,
+                &mut m.depth_test,
+                to_depth_test,
+            )
+        } else {
+            depth_test::Out::default()
+        };
+
+        // What comes for the first time, or again.
+        let popped = Stream {
+            valid: (passes.items && queue.front.valid) || passes.end,
+            payload: Marked { end: passes.end, item: queue.front.payload },
+        };
+        let select = if storing || resolving || course.clear.valid {
+            let to_selector = selector::In {
+                fragment: if resolving { popped } else { test.passed },
+                arrival: !resolving,
+                first_pass: passes.first,
+                parity: passes.parity,
+                depth: buffer.depth,
+                pushed_ready: queue.ready,
+                full: queue.full,
+                clear: course.clear,
+            };
+            Selector::next(screen, &q.selector, &mut d.selector, &mut m.selector, to_selector)
+        } else {
+            selector::Out::default()
+        };
+        let queued = if storing || resolving {
+            let to_queue =
+                queue::In { push: select.pushed, pop: resolving && passes.items && selector_ready };
+            Queue::next(&cfg.queue, &q.queue, &mut d.queue, &mut m.queue, to_queue)
+        } else {
+            queue::Out::default()
+        };
+
+        // Passes, clocked from the end of the arrivals on.
+        let stored = select.ended && !resolving;
+        let pass = if stored || resolving {
+            let to_passes = passes::In {
+                start: stored,
+                count: queue.count,
+                taken: popped.valid && selector_ready,
+                ended: select.ended,
+            };
+            Passes::next(&cfg.queue, &q.passes, &mut d.passes, &mut (), to_passes)
+        } else {
+            passes::Out::default()
+        };
+        let picked = if pass.done { Stream::offer(Marked::end()) } else { select.picked };
+        let blend = if resolving {
+            let to_blender = blender::In { sorted: picked, colour: buffer.colour };
+            Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
+        } else {
+            blender::Out::default()
+        };
+
+        let to_course = course::In {
+            comes: i.fragment.valid && fragment_ready,
+            end: i.fragment.payload.end,
+            stored,
+            resolved: blend.frame_done,
+            busy: scanout.busy,
+        };
+        let frame_done = Course::next(screen, &q.course, &mut d.course, &mut (), to_course).done;
+
+        // The frame buffer serves whoever asks.
+        let to_scanout = scanout::In {
+            start: frame_done,
+            colour: buffer.back_colour,
+            image_ready: i.image_ready,
+        };
+        let shown = if scanout.busy || frame_done {
+            Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
+        } else {
+            scanout::Out::default()
+        };
+        let to_buffer = frame_buffer::In {
+            depth_read: [test.depth_read, select.depth_read],
+            depth_write: [test.depth_write, select.depth_write],
+            colour_read: blend.colour_read,
+            colour_write: [test.colour_write, blend.colour_write],
+            back_read: shown.read,
+            wipe: shown.wipe,
+            clear: course.clear,
+            swap: frame_done,
+        };
+        FrameBuffer::next(
+            screen,
+            &q.frame_buffer,
+            &mut d.frame_buffer,
+            &mut m.frame_buffer,
+            to_buffer,
+        );
+
+        Out {
+            phase: course.phase,
+            fragment: i.fragment.with(fragment_ready),
+            image: scanout.image.with(i.image_ready),
+            passed: test.passed.with(selector_ready),
+            popped: popped.with(selector_ready),
+            pushed: select.pushed.with(queue.ready),
+            picked: picked.with(true),
+            events: Events {
+                drawn: test.drawn,
+                hidden: test.hidden,
+                culled_early: test.culled,
+                spilled: queued.spilled,
+                dropped: select.dropped,
+                pass_begins: pass.begins,
+                culled_late: select.culled,
+                blended: blend.blended,
+                scanout: scanout.busy,
+                frame_done,
+            },
+        }
+    }
+}

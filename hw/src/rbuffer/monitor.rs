@@ -1,0 +1,225 @@
+//! Watches the R-buffer: counts what it does and holds its streams to their rules.
+
+use super::config::Config;
+use super::{Out, RBuffer, State};
+use crate::blender::Sorted;
+use crate::machine::{
+    Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    memory_tallies, seen, waits,
+};
+use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
+use pellucid_sim::signals::state_name;
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
+
+pellucid_sim::counters! {
+    /// The R-buffer's own figures.
+    pub struct Own {
+        /// Passes over what is left in the queue.
+        passes: "passes",
+        /// Fragments taken from the queue, over all passes.
+        popped: "fragments",
+        /// Fragments that went back into the queue.
+        pushed_back: "fragments",
+        /// The most fragments that were in the queue at once.
+        peak_queue: "fragments",
+        /// Times that a fragment went into outside memory, arrivals and those pushed back.
+        spilled: "fragments",
+        /// Transparent fragments dropped on arrival by the early depth test.
+        culled_early: "fragments",
+        /// Stored fragments that a later opaque one hid.
+        culled_late: "fragments",
+        /// Cycles of resolve in which no fragment left the queue.
+        queue_idle: "cycles",
+    }
+}
+
+/// See the module's description.
+pub struct RBufferMonitor {
+    phases: PhaseCounts,
+    fragments: Fragments,
+    own: Own,
+    peaks: Peaks,
+    fragment: StreamMonitor<Marked<Fragment>>,
+    passed: StreamMonitor<Marked<PixelFragment>>,
+    popped: StreamMonitor<Marked<PixelFragment>>,
+    pushed: StreamMonitor<PixelFragment>,
+    picked: StreamMonitor<Marked<Sorted>>,
+    image: StreamMonitor<u32>,
+}
+
+/// The most items that each queue held.
+#[derive(Default)]
+struct Peaks {
+    depth_test: u32,
+    selector: u32,
+    scanout: u32,
+    on_chip: u32,
+    outside: u32,
+    all: u32,
+}
+
+impl RBufferMonitor {
+    fn streams(&self) -> [Seen; 6] {
+        [
+            seen(&self.fragment),
+            seen(&self.passed),
+            seen(&self.popped),
+            seen(&self.pushed),
+            seen(&self.picked),
+            seen(&self.image),
+        ]
+    }
+}
+
+impl Machine for RBuffer {
+    type Monitor = RBufferMonitor;
+
+    #[inline(always)]
+    fn ports(out: &Out) -> Ports {
+        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+    }
+
+    fn screen(cfg: &Config) -> Screen {
+        cfg.screen
+    }
+
+    fn closed_forms(_: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
+        let figure = |name| tally.own.iter().find(|f| f.name == name).map_or(0, |f| f.value);
+        // Where an opaque fragment came after those that it hides, passes depend on the order.
+        if figure("culled_late") > 0 {
+            return vec![];
+        }
+        let layers = || census.histogram.iter().zip(0u64..);
+        let popped = layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
+        let deepest = layers().filter(|(n, _)| **n > 0).map(|(_, i)| i).max().unwrap_or(0);
+        let check = |what, expected, found| Check { what, expected, found };
+        vec![
+            check("passes: layers of the deepest pixel", deepest, figure("passes")),
+            check("most fragments in the queue, F", census.stored, figure("peak_queue")),
+            check("fragments popped, sum of N_i * i(i+1)/2", popped, figure("popped")),
+            check(
+                "fragments pushed back, sum of N_i * i(i-1)/2",
+                popped - census.stored,
+                figure("pushed_back"),
+            ),
+            check(
+                "seed accesses, F + 2 * sum of N_i * i(i+1)/2 + F",
+                2 * census.stored + 2 * popped,
+                tally.seed_accesses,
+            ),
+        ]
+    }
+}
+
+impl Monitor<RBuffer> for RBufferMonitor {
+    fn new(_: &Config) -> RBufferMonitor {
+        RBufferMonitor {
+            phases: PhaseCounts::default(),
+            fragments: Fragments::default(),
+            own: Own::default(),
+            peaks: Peaks::default(),
+            fragment: StreamMonitor::new("fragment", "source", "depth_test"),
+            passed: StreamMonitor::new("passed", "depth_test", "selector"),
+            popped: StreamMonitor::new("popped", "passes", "selector"),
+            pushed: StreamMonitor::new("pushed", "selector", "queue"),
+            picked: StreamMonitor::new("picked", "selector", "blender"),
+            image: StreamMonitor::new("image", "scanout", "display"),
+        }
+    }
+
+    #[inline(always)]
+    fn observe(&mut self, _: &Config, q: &State, o: &Out) -> Result<(), Violation> {
+        self.phases.observe(o.phase, o.fragment.fires(), o.events.scanout);
+        if o.phase != Phase::Clear {
+            self.fragment.observe(o.fragment)?;
+        }
+        self.image.observe(o.image)?;
+        let peaks = &mut self.peaks;
+        peaks.scanout = peaks.scanout.max(q.scanout.queue.count);
+        if o.phase == Phase::Clear || o.phase == Phase::Wait {
+            return Ok(());
+        }
+        self.passed.observe(o.passed)?;
+        self.popped.observe(o.popped)?;
+        self.pushed.observe(o.pushed)?;
+        self.picked.observe(o.picked)?;
+
+        let e = &o.events;
+        let resolve = o.phase == Phase::Resolve;
+        let pushed = u64::from(o.pushed.fires());
+        let popped = u64::from(o.popped.fires() && !o.popped.payload.end);
+        let f = &mut self.fragments;
+        f.arrived += u64::from(o.fragment.fires() && !o.fragment.payload.end);
+        f.drawn += u64::from(e.drawn);
+        f.hidden += u64::from(e.hidden);
+        f.dropped += u64::from(e.dropped);
+        f.blended += u64::from(e.blended);
+        let own = &mut self.own;
+        own.spilled += u64::from(e.spilled);
+        own.culled_early += u64::from(e.culled_early);
+        own.culled_late += u64::from(e.culled_late);
+        own.passes += u64::from(e.pass_begins);
+        if resolve {
+            own.popped += popped;
+            own.pushed_back += pushed;
+            own.queue_idle += 1 - popped;
+        } else {
+            f.stored += pushed;
+            f.spilled += u64::from(e.spilled);
+        }
+        let queue = &q.queue;
+        peaks.depth_test = peaks.depth_test.max(q.depth_test.queue.count);
+        peaks.selector = peaks.selector.max(q.selector.queue.count);
+        peaks.on_chip = peaks.on_chip.max(queue.on_chip.count);
+        peaks.outside = peaks.outside.max(queue.outside);
+        peaks.all = peaks.all.max(queue.on_chip.count + queue.flying + queue.outside);
+        Ok(())
+    }
+
+    fn transfers(&self) -> u64 {
+        self.streams().iter().map(|stream| stream.tally.transfers).sum()
+    }
+
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State) -> Deadlock {
+        let state = |block: &str| match block {
+            "passes" => state_name(q.passes.fsm),
+            "scanout" => state_name(q.scanout.fsm),
+            _ => state_name(q.course.phase),
+        };
+        Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
+    }
+
+    fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
+        let own = Own { peak_queue: self.peaks.all.into(), ..self.own };
+        let peak_words = |name: &str, words: u64| match name {
+            "queue.on_chip" => self.peaks.on_chip.into(),
+            "queue.outside" => self.peaks.outside.into(),
+            "depth_test.queue" => self.peaks.depth_test.into(),
+            "selector.queue" => self.peaks.selector.into(),
+            "scanout.queue" => self.peaks.scanout.into(),
+            // Of each pixel something is known from the start.
+            _ => words,
+        };
+        let f = &self.fragments;
+        Tally {
+            cycles: self.phases.cycles(),
+            fragments: Fragments { culled: own.culled_early + own.culled_late, ..self.fragments },
+            dropped_since: "the queue was full (see `queue` and `outside_queue`)",
+            streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
+            memories: memory_tallies(memories, peak_words),
+            seed_accesses: f.stored + 2 * own.popped + f.blended,
+            seed_bytes: seed_bytes(cfg, cfg.capacity()),
+            seed_bytes_used: seed_bytes(cfg, own.peak_queue),
+            own: own.figures(),
+        }
+    }
+}
+
+/// Storage as seed 000 counts it (its Table 2), in bytes: `S*F + Z*W*H + 3*W*H/8`, with 10 bytes for a
+/// fragment and 4 for a depth.
+pub fn seed_bytes(cfg: &Config, fragments: u64) -> u64 {
+    const FRAGMENT: u64 = 10;
+    const DEPTH: u64 = 4;
+    let pixels = u64::from(cfg.screen.pixels());
+    FRAGMENT * fragments + DEPTH * pixels + (3 * pixels).div_ceil(8)
+}

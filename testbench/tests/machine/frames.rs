@@ -1,0 +1,385 @@
+//! What the tests of every machine share: random frames, how they are played, and what must hold.
+
+use pellucid_hw::machine::{Census, Check, Machine, Tally};
+use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
+use pellucid_sim::{Signals, Stream};
+use pellucid_testbench::arch::{Architecture, Job, Outcome};
+use pellucid_testbench::bench::{Bench, BenchError};
+use pellucid_testbench::golden::{Golden, GoldenError, Reference};
+use pellucid_testbench::image::Image;
+use pellucid_testbench::progress::Progress;
+use pellucid_testbench::scene::Options;
+use pellucid_testbench::scoreboard::Verdict;
+use pellucid_testbench::source::{Source, SourceError};
+use pellucid_testbench::stimulus::chosen;
+use proptest::prelude::*;
+use std::fmt::{self, Debug};
+
+/// Most fragments of a random frame.
+pub const FRAGMENTS: usize = 400;
+/// Most fragments that are added to one.
+pub const ADDED: usize = 30;
+/// Places that hold every fragment of a frame, however they are spread.
+pub const ENOUGH: u32 = (FRAGMENTS + ADDED) as u32;
+
+/// A machine under test.
+pub trait Tested:
+    Machine<
+        Config: Copy + Debug,
+        State: Signals<Config = Self::Config>,
+        Out: Signals<Config = Self::Config>,
+    > + 'static
+{
+    /// Machines in which no fragment of a random frame is dropped.
+    fn machines(screen: Screen) -> BoxedStrategy<Self::Config>;
+    /// What a closed form says of several frames.
+    fn over_frames(check: &Check) -> OverFrames;
+}
+
+/// What a closed form says of several frames.
+pub enum OverFrames {
+    /// The same as of all of them as one.
+    Together,
+    /// The sum of what it says of each.
+    Sum,
+    /// The most that it says of one.
+    Max,
+}
+
+/// A machine and what surrounds it.
+pub struct Setup<M: Tested> {
+    pub cfg: M::Config,
+    /// Of eight cycles, how many the display is not ready in; below 8.
+    pub display_busy: u64,
+    /// Of eight chances to send, how many the source lets pass; below 8.
+    pub source_idle: u64,
+}
+
+impl<M: Tested> Clone for Setup<M> {
+    fn clone(&self) -> Setup<M> {
+        *self
+    }
+}
+
+impl<M: Tested> Copy for Setup<M> {}
+
+impl<M: Tested> Debug for Setup<M> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Setup { cfg, display_busy, source_idle } = self;
+        write!(f, "{cfg:?}, display_busy: {display_busy}, source_idle: {source_idle}")
+    }
+}
+
+/// What a machine gave for some frames.
+pub struct Run {
+    pub images: Vec<Image>,
+    pub tally: Tally,
+}
+
+impl<M: Tested> Setup<M> {
+    /// A machine that is never held up.
+    pub fn free(cfg: M::Config) -> Setup<M> {
+        Setup { cfg, display_busy: 0, source_idle: 0 }
+    }
+
+    pub fn screen(&self) -> Screen {
+        M::screen(&self.cfg)
+    }
+
+    /// Plays the frames on one machine, each next one as soon as the machine takes it.
+    pub fn run(&self, frames: &[Vec<Fragment>]) -> Result<Run, BenchError> {
+        let mut bench = Bench::<M>::new(self.cfg);
+        let (busy, idle) = (self.display_busy, self.source_idle);
+        bench.set_display(move |cycle| !chosen(cycle, busy));
+        let mut chance = 0;
+        for frame in frames {
+            let items = frame.iter().map(|f| Marked::item(*f));
+            for item in items.chain([Marked::end()]) {
+                chance += 1;
+                while chosen(chance, idle) {
+                    bench.step(Stream::idle())?;
+                    chance += 1;
+                }
+                bench.send(item)?;
+            }
+        }
+        let mut images = bench.take_images();
+        while images.len() < frames.len() {
+            bench.step(Stream::idle())?;
+            images.extend(bench.take_images());
+        }
+        Ok(Run { images, tally: bench.tally() })
+    }
+
+    /// The image of one frame, or why there is none.
+    pub fn image(&self, frame: &[Fragment]) -> Result<Image, TestCaseError> {
+        Ok(tried(self.run(&[frame.to_vec()]))?.images.remove(0))
+    }
+
+    /// What the closed forms say of several frames: sums, but for the sections in use at once.
+    pub fn closed_forms(&self, tally: &Tally, references: &[Reference]) -> Vec<Check> {
+        let each: Vec<Vec<Check>> =
+            references.iter().map(|r| M::closed_forms(&self.cfg, tally, &census(r))).collect();
+        let mut checks = M::closed_forms(&self.cfg, tally, &census(&stacked(references)));
+        for (k, check) in checks.iter_mut().enumerate() {
+            let of_each = each.iter().map(|checks| checks[k].expected);
+            match M::over_frames(check) {
+                OverFrames::Together => {}
+                OverFrames::Sum => check.expected = of_each.sum(),
+                OverFrames::Max => check.expected = of_each.max().unwrap_or(0),
+            }
+        }
+        checks
+    }
+}
+
+/// A run's error as a failed case, so that it shrinks.
+pub fn tried<T>(result: Result<T, BenchError>) -> Result<T, TestCaseError> {
+    result.map_err(|error| TestCaseError::fail(error.to_string()))
+}
+
+pub fn golden(screen: Screen, frame: &[Fragment]) -> Reference {
+    let mut golden = Golden::new(screen);
+    for fragment in frame {
+        golden.push(*fragment).unwrap();
+    }
+    golden.finish()
+}
+
+pub fn census(reference: &Reference) -> Census {
+    Census { stored: reference.stored, histogram: reference.stored_histogram.clone() }
+}
+
+/// Images one below the other.
+pub fn stack<'a>(images: impl IntoIterator<Item = &'a Image>) -> Image {
+    let mut all = Image { width: 0, height: 0, pixels: vec![] };
+    for image in images {
+        all.width = image.width;
+        all.height += image.height;
+        all.pixels.extend(&image.pixels);
+    }
+    all
+}
+
+fn add(sum: &mut Vec<u64>, histogram: &[u64]) {
+    sum.resize(sum.len().max(histogram.len()), 0);
+    for (sum, count) in sum.iter_mut().zip(histogram) {
+        *sum += count;
+    }
+}
+
+/// Several frames as if they were one, with their images one below the other.
+pub fn stacked(references: &[Reference]) -> Reference {
+    let mut sum = references[0].clone();
+    for r in &references[1..] {
+        sum.fragments += r.fragments;
+        sum.opaque += r.opaque;
+        sum.transparent += r.transparent;
+        sum.culled += r.culled;
+        sum.blended += r.blended;
+        sum.transparent_pixels += r.transparent_pixels;
+        sum.max_layers = sum.max_layers.max(r.max_layers);
+        sum.stored += r.stored;
+        sum.stored_pixels += r.stored_pixels;
+        add(&mut sum.layer_histogram, &r.layer_histogram);
+        add(&mut sum.stored_histogram, &r.stored_histogram);
+    }
+    sum.image = stack(references.iter().map(|r| &r.image));
+    sum
+}
+
+/// Small screens, and one with several words of occupancy of which the last is not full.
+pub fn screens() -> impl Strategy<Value = Screen> {
+    let size = prop_oneof![8 => (1..=12u32, 1..=9u32), 1 => Just((67, 5))];
+    (size, 0..=0xff_ffffu32).prop_map(|((width, height), background)| Screen {
+        width,
+        height,
+        background,
+    })
+}
+
+pub fn fragments(screen: Screen) -> impl Strategy<Value = Vec<Fragment>> {
+    let depths = prop_oneof![Just(3), Just(40), Just(Z_FAR + 1)];
+    depths.prop_flat_map(move |depths| {
+        let z = (0..depths).prop_map(move |k| k * (Z_FAR / (depths - 1)));
+        let alpha = prop_oneof![
+            2 => Just(0), 2 => Just(254), 2 => Just(255), 3 => 1..=253u32
+        ];
+        let fragment = (0..screen.width, 0..screen.height, z, 0..1u32 << 24, alpha);
+        let fragment =
+            fragment.prop_map(|(x, y, z, rgb, a)| Fragment { x, y, z, rgba: rgb << 8 | a });
+        prop::collection::vec(fragment, 0..=FRAGMENTS)
+    })
+}
+
+/// Machines with what surrounds them.
+pub fn setups<M: Tested>() -> impl Strategy<Value = Setup<M>> {
+    let machines = screens().prop_flat_map(M::machines);
+    (machines, 0..=7u64, 0..=4u64).prop_map(|(cfg, display_busy, source_idle)| Setup {
+        cfg,
+        display_busy,
+        source_idle,
+    })
+}
+
+/// A machine with one frame.
+pub fn one_frame<M: Tested>() -> impl Strategy<Value = (Setup<M>, Vec<Fragment>)> {
+    setups::<M>().prop_flat_map(|setup| {
+        let frame = fragments(setup.screen());
+        (Just(setup), frame)
+    })
+}
+
+/// A machine with one to three frames.
+pub fn some_frames<M: Tested>() -> impl Strategy<Value = (Setup<M>, Vec<Vec<Fragment>>)> {
+    setups::<M>().prop_flat_map(|setup| {
+        let frames = prop::collection::vec(fragments(setup.screen()), 1..=3);
+        (Just(setup), frames)
+    })
+}
+
+/// The nearest opaque depth at the pixel of `fragment`.
+pub fn opaque_depth(frame: &[Fragment], fragment: &Fragment) -> u32 {
+    let same = frame.iter().filter(|f| (f.x, f.y) == (fragment.x, fragment.y));
+    same.filter(|f| f.is_opaque()).map(|f| f.z).min().unwrap_or(Z_FAR)
+}
+
+/// A machine that is too small drops the fragments for which `dropped` is true, and no other.
+pub fn check_drops<M: Tested>(
+    setup: &Setup<M>,
+    frame: &[Fragment],
+    dropped: &[bool],
+) -> Result<(), TestCaseError> {
+    let screen = setup.screen();
+    let kept = frame.iter().zip(dropped).filter(|(_, dropped)| !**dropped);
+    let kept: Vec<Fragment> = kept.map(|(fragment, _)| *fragment).collect();
+    let count = (frame.len() - kept.len()) as u64;
+    let run = tried(setup.run(&[frame.to_vec()]))?;
+    let (kept, all) = (golden(screen, &kept), golden(screen, frame));
+    prop_assert_eq!(run.tally.fragments.dropped, count);
+    prop_assert_eq!(run.tally.fragments.stored, kept.stored);
+    prop_assert_eq!(&run.images[0], &kept.image);
+    let forms = setup.closed_forms(&run.tally, std::slice::from_ref(&all));
+    let verdict = Verdict::new(&all, &run.images[0], &run.tally, forms);
+    prop_assert_eq!(verdict.is_exact(), count == 0);
+    prop_assert!(verdict.is_exact_but_for_drops(), "{:?}", verdict.faults());
+    Ok(())
+}
+
+/// What must hold of every machine.
+macro_rules! properties {
+    ($machine:ty) => {
+        mod properties {
+            use super::*;
+            use crate::frames::*;
+            use pellucid_hw::pixel::{Fragment, Marked, Z_FAR};
+            use pellucid_sim::Stream;
+            use pellucid_testbench::bench::Bench;
+            use pellucid_testbench::scoreboard::Verdict;
+
+            proptest! {
+                #![proptest_config(ProptestConfig::with_cases(128))]
+
+                #[test]
+                fn random_frames_are_exact((setup, frames) in some_frames::<$machine>()) {
+                    let references: Vec<_> = frames.iter().map(|f| golden(setup.screen(), f)).collect();
+                    let run = tried(setup.run(&frames))?;
+                    let forms = setup.closed_forms(&run.tally, &references);
+                    let verdict = Verdict::new(&stacked(&references), &stack(&run.images), &run.tally, forms);
+                    prop_assert!(verdict.is_exact(), "{:?}", verdict.faults());
+                }
+
+                /// In the middle of storing, resolving or showing: nothing of that frame is left.
+                #[test]
+                fn a_reset_at_any_time_leaves_a_clean_machine((setup, frame) in one_frame::<$machine>(), cut in 0u64..1500) {
+                    let mut bench = Bench::<$machine>::new(setup.cfg);
+                    let mut items = frame.iter().map(|f| Marked::item(*f)).chain([Marked::end()]).peekable();
+                    for _ in 0..cut {
+                        let offer = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
+                        if tried(bench.step(offer))? && offer.valid {
+                            items.next();
+                        }
+                    }
+                    bench.reset().unwrap();
+                    bench.take_images();
+                    for fragment in &frame {
+                        tried(bench.send(Marked::item(*fragment)))?;
+                    }
+                    tried(bench.end_frame())?;
+                    prop_assert_eq!(&bench.take_images()[..], &[golden(setup.screen(), &frame).image]);
+                }
+
+                #[test]
+                fn the_order_between_pixels_does_not_matter((setup, frame) in one_frame::<$machine>(), seed: u64) {
+                    let mut permuted = frame.clone();
+                    // A stable sort keeps the order within each pixel.
+                    permuted.sort_by_key(|f| {
+                        (u64::from(f.y) << 32 | u64::from(f.x)).wrapping_add(seed).wrapping_mul(seed | 1)
+                    });
+                    prop_assert_eq!(setup.image(&frame)?, setup.image(&permuted)?);
+                }
+
+                #[test]
+                fn a_frame_twice_is_the_same_twice((setup, frame) in one_frame::<$machine>()) {
+                    let once = tried(setup.run(std::slice::from_ref(&frame)))?;
+                    let twice = tried(setup.run(&[frame.clone(), frame]))?;
+                    prop_assert_eq!(&twice.images[0], &once.images[0]);
+                    prop_assert_eq!(&twice.images[1], &once.images[0]);
+                    prop_assert_eq!(twice.tally.seed_accesses, 2 * once.tally.seed_accesses);
+                }
+
+                #[test]
+                fn what_lies_behind_opaque_depth_changes_nothing(
+                    (setup, frame) in one_frame::<$machine>(),
+                    hidden in prop::collection::vec((any::<prop::sample::Index>(), 0..=Z_FAR, any::<u32>()), 0..=ADDED),
+                ) {
+                    let mut with_hidden = frame.clone();
+                    for (place, behind, rgba) in hidden {
+                        let at = place.index(with_hidden.len() + 1);
+                        let Some(model) = with_hidden.get(at).copied() else { continue };
+                        let z = opaque_depth(&frame, &model).saturating_add(behind).min(Z_FAR);
+                        // An opaque fragment as deep as the nearest one is hidden only if it comes later.
+                        let z = if rgba & 0xff == 0xff { (z + 1).min(Z_FAR) } else { z };
+                        with_hidden.insert(at, Fragment { z, rgba, ..model });
+                    }
+                    prop_assert_eq!(setup.image(&frame)?, setup.image(&with_hidden)?);
+                }
+
+            }
+        }
+    };
+}
+pub(crate) use properties;
+
+/// The frame through the machine of a preset; the run must be exact.
+pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Outcome {
+    let source = Source::open(scene, options).unwrap();
+    let mut golden = Golden::new(source.screen());
+    source.play::<PlayError>(&mut |fragment| Ok(golden.push(fragment)?)).unwrap();
+    let reference = golden.finish();
+    let arch = Architecture::named(arch).unwrap();
+    let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
+    let mut progress = Progress::new("", None, true);
+    let outcome =
+        machine.run(Job { source: &source, wave: None, progress: &mut progress }).unwrap();
+    let forms = machine.closed_forms(&outcome.tally, &census(&reference));
+    let verdict = Verdict::new(&reference, &outcome.image, &outcome.tally, forms);
+    assert!(verdict.is_exact(), "{scene}, {}, {preset}: {:?}", arch.name, verdict.faults());
+    outcome
+}
+
+#[derive(Debug, thiserror::Error)]
+enum PlayError {
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+}
+
+/// A small view of a scene through every preset.
+pub fn all_presets(arch: &str, scene: &str) {
+    let options = Options { width: Some(160), height: Some(120), ..Options::default() };
+    for (name, _) in (Architecture::named(arch).unwrap().presets)() {
+        preset(arch, scene, &options, name);
+    }
+}

@@ -1,0 +1,33 @@
+//! Every machine against the golden model, frame by frame.
+
+mod frames;
+mod rbuffer;
+mod tbuffer;
+
+use frames::all_presets;
+use pellucid_testbench::arch::ARCHITECTURES;
+use std::path::Path;
+
+fn everywhere(scene: &str) {
+    ARCHITECTURES.iter().for_each(|arch| all_presets(arch.name, scene));
+}
+
+#[test]
+fn presets_are_exact_on_glass() {
+    everywhere("glass");
+}
+
+#[test]
+fn presets_are_exact_on_the_teapot() {
+    everywhere("teapot");
+}
+
+#[test]
+fn presets_are_exact_on_a_scanned_mesh() {
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/meshes/dragon_vrip_res4.ply.gz");
+    if Path::new(mesh).exists() {
+        everywhere(mesh);
+    } else {
+        println!("skipped: there is no file {mesh}");
+    }
+}

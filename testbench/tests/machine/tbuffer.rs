@@ -1,0 +1,137 @@
+//! The T-buffer.
+
+use crate::frames::{
+    ENOUGH, OverFrames, Setup, Tested, check_drops, golden, one_frame, preset, properties,
+};
+use pellucid_hw::allocator::FreeList;
+use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
+use pellucid_hw::tbuffer::TBuffer;
+use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
+use pellucid_testbench::bench::{Bench, BenchError};
+use pellucid_testbench::scene::{Options, built_in};
+use proptest::prelude::*;
+
+type Buffer = TBuffer<FreeList>;
+
+impl Tested for Buffer {
+    fn machines(screen: Screen) -> BoxedStrategy<Config> {
+        params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
+    }
+
+    fn over_frames(check: &Check) -> OverFrames {
+        let peak = check.what.starts_with("sections in use");
+        if peak { OverFrames::Max } else { OverFrames::Together }
+    }
+}
+
+properties!(Buffer);
+
+/// Parameters with which no fragment of a random frame is dropped.
+fn params() -> impl Strategy<Value = Params> {
+    let flags = (any::<bool>(), any::<bool>());
+    let depths = (1..=5u32, prop_oneof![1..=9u32, Just(64)]);
+    let sections = prop_oneof![
+        3 => (1..=30u32).prop_map(|s| (s, ENOUGH)),
+        1 => Just((ENOUGH, 0)),
+    ];
+    (flags, depths, sections, (1..=20u32, 2..=9u32)).prop_map(
+        |((tail, bitmap), (section_capacity, sorter_depth), sections, outside)| Params {
+            append: if tail { Append::Tail } else { Append::Walk },
+            scan: if bitmap { Scan::Bitmap } else { Scan::Linear },
+            section_capacity,
+            sorter_depth,
+            sections: sections.0,
+            outside_sections: sections.1,
+            outside_latency: outside.0,
+            reads_in_flight: outside.1,
+            ..Params::default()
+        },
+    )
+}
+
+/// Which fragments of a frame find no place in `sections` sections of `capacity` fragments.
+fn without_place(screen: Screen, frame: &[Fragment], sections: u32, capacity: u32) -> Vec<bool> {
+    let pixels = screen.pixels() as usize;
+    let (mut nearest, mut stored) = (vec![Z_FAR; pixels], vec![0; pixels]);
+    let mut free = sections;
+    let mut dropped = vec![];
+    for f in frame {
+        let pixel = (f.y * screen.width + f.x) as usize;
+        let visible = f.z < nearest[pixel];
+        let mut place = true;
+        if visible && f.is_opaque() {
+            nearest[pixel] = f.z;
+        } else if visible {
+            let full = stored[pixel] % capacity == 0;
+            place = !full || free > 0;
+            free -= u32::from(full && place);
+            stored[pixel] += u32::from(place);
+        }
+        dropped.push(!place);
+    }
+    dropped
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn a_full_machine_drops_what_finds_no_section(
+        (mut setup, frame) in one_frame::<Buffer>(), sections in 1..20u32, outside in 0..20u32,
+    ) {
+        let Config { screen, params, .. } = setup.cfg;
+        let params = Params { sections, outside_sections: outside, ..params };
+        setup.cfg = Config::new(screen, params).unwrap();
+        let capacity = params.section_capacity;
+        let dropped = without_place(screen, &frame, sections + outside, capacity);
+        check_drops(&setup, &frame, &dropped)?;
+    }
+}
+
+#[test]
+fn a_display_that_takes_nothing_is_named() {
+    let screen = Screen { width: 4, height: 4, background: 0 };
+    let mut bench = Bench::<Buffer>::new(Config::new(screen, Params::default()).unwrap());
+    bench.set_display(|_| false);
+    bench.send(Marked::item(Fragment { x: 1, y: 2, z: 3, rgba: 0x80 })).unwrap();
+    let error = bench.end_frame().unwrap_err();
+    assert!(matches!(error, BenchError::Deadlock(_)), "{error}");
+    let text = error.to_string();
+    assert!(text.starts_with("the simulation stands still, cycle "), "{text}");
+    assert!(
+        text.ends_with("\n  scanout (state Run) waits for display to take from `image`"),
+        "{text}"
+    );
+}
+
+/// A rate of which the targets speak: `part` per `whole`.
+fn assert_rate(what: &str, part: u64, whole: u64, least: f64) {
+    let rate = part as f64 / whole as f64;
+    assert!(rate >= least, "{what}: {rate:.4} fragments per cycle, expected at least {least}");
+}
+
+#[test]
+fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
+    let screen = Screen { width: 40, height: 30, background: 0 };
+    let frame: Vec<Fragment> = (0..screen.pixels())
+        .flat_map(|pixel| {
+            let (x, y) = (pixel % screen.width, pixel / screen.width);
+            (0..32).map(move |k| Fragment { x, y, z: k * 7919 % 32, rgba: k << 8 | 0x7f })
+        })
+        .collect();
+    let cfg = Config::new(screen, Params::default()).unwrap();
+    let run = Setup::<Buffer>::free(cfg).run(std::slice::from_ref(&frame)).unwrap();
+    assert_eq!(run.images[0], golden(screen, &frame).image);
+    assert_rate("stored", run.tally.fragments.stored, run.tally.cycles.store, 0.98);
+}
+
+#[test]
+fn the_papers_frames_are_resolved_at_the_target_rate() {
+    for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
+        let Tally { fragments, cycles, .. } =
+            preset("tbuffer", scene.name, &Options::default(), "fast").tally;
+        assert_rate(&format!("{}, stored", scene.name), fragments.stored, cycles.store, 0.98);
+        assert_rate(&format!("{}, resolved", scene.name), fragments.stored, cycles.resolve, 0.9);
+    }
+}
