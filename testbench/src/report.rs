@@ -1,9 +1,13 @@
 //! The report of a run: every figure once, shown as a table, as JSON and as CSV.
 
+mod text;
+
+pub(crate) use text::{align_right, at_margin, csv_text, grouped};
+
 use crate::golden::Reference;
 use crate::output::{OutputError, put};
 use crate::scoreboard::Verdict;
-use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use pellucid_hw::machine::{Cycles, MemoryTally, StreamTally, Tally};
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
@@ -312,23 +316,6 @@ pub(crate) fn nest<'a>(
     about
 }
 
-/// A text as a field of a CSV file, whatever is in it.
-pub(crate) fn csv_text(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
-}
-
-/// A table's lines with the names of groups at the margin, a blank line before each but the first.
-pub(crate) fn at_margin(lines: &str) -> String {
-    let mut text = String::new();
-    for line in lines.lines().map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end()) {
-        if !text.is_empty() && !line.starts_with(' ') {
-            text.push('\n');
-        }
-        text += &format!("{line}\n");
-    }
-    text
-}
-
 /// Parameters and their values as an object.
 pub(crate) fn config_json(config: &[(&'static str, Value)]) -> Json {
     let pair = |(name, value): &(&'static str, Value)| {
@@ -357,39 +344,10 @@ fn stream_json(stream: &StreamTally) -> Json {
     object
 }
 
-pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
-    for column in columns {
-        if let Some(column) = table.column_mut(*column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-}
-
-/// `1234567` as `1,234,567`; anything else as it is.
-pub(crate) fn grouped(value: &Json) -> String {
-    let Some(number) = value.as_u64() else { return value.to_string() };
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::golden::Golden;
-
-    #[test]
-    fn numbers_are_grouped() {
-        let text = |n: u64| grouped(&json!(n));
-        assert_eq!([0, 999, 1000, 1234567].map(text), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!(grouped(&json!(0.5)), "0.5");
-    }
 
     #[test]
     fn a_table_keeps_to_its_width() {

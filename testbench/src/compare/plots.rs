@@ -40,12 +40,12 @@ pub(super) fn colour(k: usize) -> RGBColor {
 /// A bar: where it begins and ends along the axis, its height and its colour.
 type Bar = (f64, f64, f64, RGBColor);
 
-/// Bars with the axis from `from` to `to`, at whose whole numbers `label` stands.
+/// Bars with the axis from `from` to `to`, at `labels` of whose whole numbers `label` stands, or fewer.
 fn draw(
     area: &Area,
     (from, to): (f64, f64),
     bars: &[Bar],
-    label: &dyn Fn(usize) -> String,
+    (labels, label): (usize, &dyn Fn(usize) -> String),
     (along, up): (&str, &str),
 ) -> Result<(), Box<dyn std::error::Error>> {
     let highest = bars.iter().map(|bar| bar.2).fold(1.0, f64::max);
@@ -58,7 +58,7 @@ fn draw(
         .configure_mesh()
         .disable_x_mesh()
         .light_line_style(TRANSPARENT)
-        .x_labels((2.0 * (to - from)).clamp(3.0, 20.0) as usize)
+        .x_labels(labels)
         .x_label_formatter(&|x| whole(*x).map_or(String::new(), label))
         .y_labels(6)
         .y_label_formatter(&|y| whole(*y).map_or(String::new(), |y| grouped(&json!(y))))
@@ -110,7 +110,9 @@ pub(super) fn groups(names: &[&str], values: &[Vec<f64>], unit: &str) -> io::Res
     let count = names.len() as u32;
     let ends = (-0.5, f64::from(count) - 0.5);
     let label = |k: usize| names.get(k).map_or_else(String::new, |name| name.to_string());
-    svg(WIDTH.max(MARGIN + GROUP * count), |area| draw(area, ends, &bars, &label, ("", unit)))
+    svg(WIDTH.max(MARGIN + GROUP * count), |area| {
+        draw(area, ends, &bars, (2 * names.len() + 1, &label), ("", unit))
+    })
 }
 
 /// A bar for each number of layers from 1 on: how many pixels have it. `pixels[0]`, those without, are
@@ -126,5 +128,5 @@ pub(super) fn histogram(pixels: &[u64]) -> io::Result<String> {
     let bars: Vec<Bar> = pixels.iter().enumerate().skip(1).map(bar).collect();
     let ends = (0.5, pixels.len() as f64 - 0.5);
     let label = |layers: usize| layers.to_string();
-    svg(WIDTH, |area| draw(area, ends, &bars, &label, ("layers", "pixels")))
+    svg(WIDTH, |area| draw(area, ends, &bars, (20, &label), ("layers", "pixels")))
 }
