@@ -98,10 +98,18 @@ fn the_figures_are_those_of_single_runs() {
 }
 
 #[test]
-fn two_comparisons_give_the_same_bytes() {
+fn one_core_and_several_give_the_same_bytes() {
     let folder = folder();
-    for out in ["a", "b"] {
-        exact(compare(folder.path(), &[&BOTH[..], &["--out", out]].concat()));
+    for (out, threads) in [("a", "1"), ("b", "4")] {
+        let output = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+            .arg("compare")
+            .args(SMALL)
+            .args(BOTH)
+            .args(["--out", out])
+            .env("RAYON_NUM_THREADS", threads)
+            .current_dir(&folder)
+            .output();
+        exact(output.unwrap());
     }
     let files = names(&folder.path().join("a"));
     assert_eq!(files, ["compare.csv", "compare.html", "compare.json"]);
