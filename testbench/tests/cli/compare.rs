@@ -334,20 +334,41 @@ fn the_page_is_whole_and_shows_everything() {
     for (machine, _) in MACHINES {
         assert!(heads.contains(&machine), "{heads:?}");
     }
-    let cells = texts("td");
+    let json = json(&folder.path().join("pellucid-compare"));
+    let value = |machine: usize, figure: &str| {
+        let (group, name) = figure.split_once('.').unwrap();
+        json["scenes"][0]["machines"][machine][group][name].as_u64().unwrap()
+    };
     for figure in FIGURES {
-        assert!(cells.contains(&figure), "{figure}");
+        let row = all("tr").find(|tr| tr.first_element_child().unwrap().text() == Some(figure));
+        let cells = row.unwrap().children().filter_map(|cell| cell.text());
+        let cells: Vec<String> = cells.map(|text| text.replace(',', "")).collect();
+        assert_eq!(cells[1..3], [0, 1].map(|machine| value(machine, figure).to_string()));
     }
     // Every figure has a caption; five plots of figures and the histogram.
     assert_eq!(all("figure").count(), all("figcaption").count());
     assert_eq!(all("svg").count(), 6);
-    let bars = |svg: roxmltree::Node| {
-        let filled = |n: &roxmltree::Node| {
-            n.has_tag_name("rect") && n.attribute("fill").is_some_and(|fill| fill != "none")
-        };
-        svg.descendants().filter(filled).count()
-    };
-    assert_eq!(all("svg").map(bars).collect::<Vec<_>>(), [2; 6]);
+    let plotted = [
+        "storage.seed_bytes",
+        "storage.seed_bytes_used",
+        "accesses.seed",
+        "accesses.full",
+        "cycles.total",
+    ];
+    let mut plots = all("svg").map(|svg| {
+        let bars = svg.descendants().filter(|node| node.has_tag_name("rect"));
+        bars.map(|bar| bar.attribute("height").unwrap().parse().unwrap()).collect::<Vec<f64>>()
+    });
+    for figure in plotted {
+        let bars = plots.next().unwrap();
+        let [first, second] = [0, 1].map(|machine| value(machine, figure) as f64);
+        // Heights are whole pixels; the higher bar has some 240 of them.
+        assert!((bars[0] / bars[1] - first / second).abs() < 0.02, "{figure}: {bars:?}");
+        assert_eq!(bars.len(), 2);
+    }
+    // One pixel with a layer, one with two.
+    let bars = plots.next().unwrap();
+    assert!(bars.len() == 2 && bars[0] == bars[1], "{bars:?}");
     let labels = texts("text");
     assert_eq!(labels.iter().filter(|text| text.trim() == "a&b<c>.csv").count(), 5);
     let images: Vec<_> = all("img").map(|img| pixels(img.attribute("src").unwrap())).collect();
