@@ -193,7 +193,7 @@ pub struct Outcome {
 }
 
 /// A machine that is ready to run.
-pub trait Runnable {
+pub trait Runnable: Send + Sync {
     /// Its parameters' final values.
     fn values(&self) -> Vec<(&'static str, Value)>;
     /// Runs one frame.
@@ -226,7 +226,7 @@ struct Prepared<M: Machine> {
 
 impl<M: Machine> Runnable for Prepared<M>
 where
-    M::Config: Copy,
+    M::Config: Copy + Send + Sync,
     M::State: Signals<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {

@@ -3,9 +3,8 @@
 //! The cells are those of the Xilinx 7 series: look-up tables of six inputs, flip-flops, block RAMs of
 //! 36 Kbit and DSP slices. Nothing is placed or routed. Memory outside of the chip is left out.
 
-use crate::export::put;
 use crate::output::scratch::Scratch;
-use crate::output::{OutputError, reason};
+use crate::output::{OutputError, put, reason};
 use crate::progress::waiting;
 use pellucid_sim::netlist::Module;
 use pellucid_verilog::{File, instances};

@@ -2,14 +2,13 @@
 
 use crate::arch::Runnable;
 use crate::bench::BenchError;
-use crate::output::{AtomicFile, OutputError};
+use crate::output::{OutputError, put};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
 use pellucid_sim::netlist::Module;
 use pellucid_verilog::{File, files, lockstep::testbench};
-use std::io::Write;
 use std::path::Path;
 
 /// The testbench's module.
@@ -56,16 +55,6 @@ pub fn write(folder: &Path, modules: &[File], more: &[&str]) -> Result<(), Outpu
         list += &format!("{name}\n");
     }
     put(&folder.join(LIST), &list)
-}
-
-/// Writes a file.
-///
-/// # Errors
-/// It cannot be written.
-pub fn put(path: &Path, text: &str) -> Result<(), OutputError> {
-    let mut file = AtomicFile::create(path)?;
-    file.write_all(text.as_bytes()).map_err(|e| OutputError::write(path, &e))?;
-    file.finish()
 }
 
 /// Writes the machine, its testbench and the recording of a run into `folder`.

@@ -113,6 +113,8 @@ pub struct Reference {
     pub transparent_pixels: u64,
     /// Most blended fragments in one pixel.
     pub max_layers: u32,
+    /// Blended fragments of each pixel; that of `x, y` is at `y * width + x`.
+    pub layers: Vec<u32>,
     /// `[i]` is the number of pixels with exactly `i` blended fragments, `i` from 0 to `max_layers`.
     pub layer_histogram: Vec<u64>,
     /// Transparent fragments in front of the opaque depth at their arrival: what an early depth test lets
@@ -180,6 +182,7 @@ impl Golden {
     /// Blends every pixel and counts.
     pub fn finish(self) -> Reference {
         let mut colours = Vec::with_capacity(self.pixels.len());
+        let mut layers_of = Vec::with_capacity(self.pixels.len());
         let mut layer_histogram = vec![0];
         let mut stored_histogram = vec![0];
         let mut blended = 0;
@@ -194,6 +197,7 @@ impl Golden {
                 colours
                     .push(own.iter().fold(pixel.colour, |below, layer| blend(layer.rgba, below)));
                 blended += own.len() as u64;
+                layers_of.push(own.len() as u32);
                 count(&mut layer_histogram, own.len());
                 count(&mut stored_histogram, stored);
             }
@@ -208,6 +212,7 @@ impl Golden {
             blended,
             transparent_pixels: layer_histogram[1..].iter().sum(),
             max_layers: (layer_histogram.len() - 1) as u32,
+            layers: layers_of,
             layer_histogram,
             stored: u64::from(self.stored),
             stored_pixels: stored_histogram[1..].iter().sum(),

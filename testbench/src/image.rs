@@ -47,6 +47,16 @@ impl Image {
         file.finish()
     }
 
+    /// The same PNG as bytes.
+    ///
+    /// # Errors
+    /// `pixels` does not hold `width * height` colours.
+    pub fn png(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = vec![];
+        self.encode_png(&mut bytes)?;
+        Ok(bytes)
+    }
+
     fn encode_png(&self, file: &mut impl Write) -> Result<(), png::EncodingError> {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);

@@ -2,12 +2,13 @@
 //!
 //! A [`source::Source`] plays a frame's fragments; [`golden::Golden`] says what image they must
 //! give; a [`bench::Bench`] clocks a machine and catches what it gives; the [`scoreboard`] compares,
-//! and the [`report`] tells.
+//! and the [`report`] tells. A [`trial`] is all of that at once; a [`compare`] has several side by side.
 
 pub mod arch;
 pub mod area;
 pub mod bench;
 pub mod command;
+pub mod compare;
 pub mod export;
 pub mod golden;
 pub mod image;
@@ -19,4 +20,5 @@ pub mod scoreboard;
 pub mod source;
 pub mod stimulus;
 pub mod trace;
+pub mod trial;
 pub mod window;

@@ -202,6 +202,16 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
+/// Writes a file of text.
+///
+/// # Errors
+/// It cannot be written.
+pub fn put(path: &Path, text: &str) -> Result<(), OutputError> {
+    let mut file = AtomicFile::create(path)?;
+    file.write_all(text.as_bytes()).map_err(|e| OutputError::write(path, &e))?;
+    file.finish()
+}
+
 /// Makes an output folder and the folders above it, and checks that a file can be made in it.
 ///
 /// # Errors

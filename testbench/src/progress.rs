@@ -1,6 +1,6 @@
 //! A bar on the terminal for work that takes longer than a second.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::time::{Duration, Instant};
 
 /// How often the clock is looked at, in steps.
@@ -10,6 +10,8 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Counts steps; shows nothing where standard error is no terminal, or when told to be quiet.
 pub struct Progress {
+    bars: MultiProgress,
+    subject: String,
     what: &'static str,
     total: Option<u64>,
     done: u64,
@@ -21,7 +23,23 @@ pub struct Progress {
 impl Progress {
     /// Work of `total` steps, if that is known.
     pub fn new(what: &'static str, total: Option<u64>, quiet: bool) -> Progress {
-        Progress { what, total, done: 0, start: Instant::now(), quiet, bar: None }
+        Progress::among(&MultiProgress::new(), String::new(), what, total, quiet)
+    }
+
+    /// The same for one of several works that go on at once, each with a bar among `bars` that says
+    /// whose it is.
+    pub fn among(
+        bars: &MultiProgress,
+        mut subject: String,
+        what: &'static str,
+        total: Option<u64>,
+        quiet: bool,
+    ) -> Progress {
+        if !subject.is_empty() {
+            subject += ": ";
+        }
+        let (bars, start) = (bars.clone(), Instant::now());
+        Progress { bars, subject, what, total, done: 0, start, quiet, bar: None }
     }
 
     /// Other work follows, of which it is not known how long it takes.
@@ -54,8 +72,9 @@ impl Progress {
                 None => (ProgressBar::new_spinner(), "{msg} {spinner} {human_pos}"),
             };
             let style = ProgressStyle::with_template(template);
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-                .with_message(self.what)
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            let message = format!("{}{}", self.subject, self.what);
+            self.bars.add(bar.with_style(style).with_message(message))
         });
         bar.set_position(self.done);
     }

@@ -1,25 +1,35 @@
 //! The report of a run: every figure once, shown as a table, as JSON and as CSV.
 
+mod text;
+
+pub(crate) use text::{align_right, at_margin, csv_text, grouped};
+
 use crate::golden::Reference;
-use crate::output::{AtomicFile, OutputError};
+use crate::output::{OutputError, put};
 use crate::scoreboard::Verdict;
-use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use pellucid_hw::machine::{Cycles, MemoryTally, StreamTally, Tally};
 use pellucid_hw::params::Value;
 use pellucid_hw::pixel::Screen;
 use pellucid_sim::Figures;
 use serde_json::{Map, Value as Json, json};
-use std::io::Write;
 use std::path::Path;
 
 /// One figure: `group.name`.
 #[derive(Clone, Debug)]
-struct Entry {
-    group: &'static str,
-    name: &'static str,
-    value: Json,
-    unit: &'static str,
-    about: &'static str,
+pub(crate) struct Entry {
+    pub(crate) group: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) value: Json,
+    pub(crate) unit: &'static str,
+    pub(crate) about: &'static str,
+}
+
+impl Entry {
+    /// `group.name`.
+    pub(crate) fn key(&self) -> String {
+        format!("{}.{}", self.group, self.name)
+    }
 }
 
 /// See the module's description.
@@ -102,6 +112,9 @@ impl Report {
         for f in tally.cycles.figures() {
             add("cycles", f.name, n(f.value), f.unit, f.about);
         }
+        let stalls = tally.streams.iter().map(|s| s.stalls).sum();
+        let about = "Cycles with an offer that was not taken, of all streams added up.";
+        add("stalls", "streams", n(stalls), "cycles", about);
         let f = &tally.fragments;
         let unit = "fragments per cycle";
         let about = "Fragments of any kind taken per cycle of store.";
@@ -143,18 +156,20 @@ impl Report {
         }
     }
 
+    /// Every figure that is one number.
+    pub(crate) fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The figure of that name, if it is one number.
+    pub(crate) fn figure(&self, group: &str, name: &str) -> Option<&Entry> {
+        self.entries.iter().find(|e| (e.group, e.name) == (group, name))
+    }
+
     /// All figures, nested by group, with `about` telling unit and sentence of each.
     pub fn json(&self) -> Json {
-        let mut groups = Map::new();
-        let mut about = Map::new();
-        groups.insert("arch".into(), json!(self.arch));
-        groups.insert("scene".into(), json!(self.scene));
-        for e in &self.entries {
-            let group = groups.entry(e.group).or_insert_with(|| json!({}));
-            group[e.name] = e.value.clone();
-            let what = json!({ "unit": e.unit, "about": e.about });
-            about.insert(format!("{}.{}", e.group, e.name), what);
-        }
+        let mut groups = self.labels();
+        let mut about = nest(&self.entries, &mut groups);
         groups["frame"]["layer_histogram"] = json!(self.histogram);
         let what = json!({ "unit": "pixels", "about": "[i]: pixels with exactly i layers." });
         about.insert("frame.layer_histogram".into(), what);
@@ -168,21 +183,33 @@ impl Report {
                 about.insert(format!("{list}[].{name}"), what);
             }
         }
-        groups.insert("config".into(), config_json(&self.config));
-        groups.insert("faults".into(), json!(self.faults));
         groups.insert("about".into(), json!(about));
         Json::Object(groups)
+    }
+
+    /// The machine's parameters.
+    pub(crate) fn config(&self) -> &[(&'static str, Value)] {
+        &self.config
+    }
+
+    /// What was run, and what is wrong with it.
+    pub(crate) fn labels(&self) -> Map<String, Json> {
+        let mut labels = Map::new();
+        labels.insert("arch".into(), json!(self.arch));
+        labels.insert("scene".into(), json!(self.scene));
+        labels.insert("config".into(), config_json(&self.config));
+        labels.insert("faults".into(), json!(self.faults));
+        labels
     }
 
     /// All figures as lines `figure,value,unit,about`.
     pub fn csv(&self) -> String {
         let mut text = String::from("figure,value,unit,about\n");
         let mut line = |name: &str, value: &str, unit: &str, about: &str| {
-            let quoted = about.replace('"', "\"\"");
-            text.push_str(&format!("{name},{value},{unit},\"{quoted}\"\n"));
+            text.push_str(&format!("{name},{value},{unit},{}\n", csv_text(about)));
         };
         for e in &self.entries {
-            line(&format!("{}.{}", e.group, e.name), &e.value.to_string(), e.unit, e.about);
+            line(&e.key(), &e.value.to_string(), e.unit, e.about);
         }
         for (layers, pixels) in self.histogram.iter().enumerate() {
             let about = "Pixels with exactly that many layers.";
@@ -244,16 +271,7 @@ impl Report {
             streams.add_row([name, from, to, transfers, stalls]);
         }
         align_right(&mut streams, &[3, 4]);
-        // The groups' names stand at the margin, a blank line before each but the first.
-        let lines = format!("{figures}\n{memories}\n{streams}");
-        let mut text = String::new();
-        for line in lines.lines().map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end()) {
-            if !text.is_empty() && !line.starts_with(' ') {
-                text.push('\n');
-            }
-            text += &format!("{line}\n");
-        }
-        text
+        at_margin(&format!("{figures}\n{memories}\n{streams}"))
     }
 
     /// What matters most, in two lines.
@@ -278,13 +296,24 @@ impl Report {
     pub fn write(&self, folder: &Path) -> Result<(), OutputError> {
         let json = format!("{:#}\n", self.json());
         for (name, text) in [("stats.json", json), ("stats.csv", self.csv())] {
-            let path = folder.join(name);
-            let mut file = AtomicFile::create(&path)?;
-            file.write_all(text.as_bytes()).map_err(|e| OutputError::write(&path, &e))?;
-            file.finish()?;
+            put(&folder.join(name), &text)?;
         }
         Ok(())
     }
+}
+
+/// Adds figures to `groups`, nested by group; unit and sentence of each, by its key.
+pub(crate) fn nest<'a>(
+    entries: impl IntoIterator<Item = &'a Entry>,
+    groups: &mut Map<String, Json>,
+) -> Map<String, Json> {
+    let mut about = Map::new();
+    for e in entries {
+        let group = groups.entry(e.group).or_insert_with(|| json!({}));
+        group[e.name] = e.value.clone();
+        about.insert(e.key(), json!({ "unit": e.unit, "about": e.about }));
+    }
+    about
 }
 
 /// Parameters and their values as an object.
@@ -315,39 +344,10 @@ fn stream_json(stream: &StreamTally) -> Json {
     object
 }
 
-pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
-    for column in columns {
-        if let Some(column) = table.column_mut(*column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-}
-
-/// `1234567` as `1,234,567`; anything else as it is.
-pub(crate) fn grouped(value: &Json) -> String {
-    let Some(number) = value.as_u64() else { return value.to_string() };
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k) % 3 == 0 {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::golden::Golden;
-
-    #[test]
-    fn numbers_are_grouped() {
-        let text = |n: u64| grouped(&json!(n));
-        assert_eq!([0, 999, 1000, 1234567].map(text), ["0", "999", "1,000", "1,234,567"]);
-        assert_eq!(grouped(&json!(0.5)), "0.5");
-    }
 
     #[test]
     fn a_table_keeps_to_its_width() {

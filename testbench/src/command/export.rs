@@ -1,8 +1,7 @@
 //! `pellucid export`: an architecture as Verilog, with a testbench that holds it to this simulation.
 
 use super::machine::MachineArgs;
-use super::{SceneArgs, complain, say};
-use crate::bench::BenchError;
+use super::{SceneArgs, finished, quoted, say};
 use crate::export::{LIST, TESTBENCH, VECTORS, export as write};
 use crate::output::create_dir;
 use crate::stimulus::Stimulus;
@@ -27,12 +26,6 @@ pub(super) struct ExportArgs {
     quiet: bool,
 }
 
-/// A path as a shell takes it.
-fn quoted(path: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+".contains(c);
-    if path.chars().all(plain) { path.into() } else { format!("'{}'", path.replace('\'', r"'\''")) }
-}
-
 /// Exports; whether the run could be recorded to its end.
 pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
@@ -40,15 +33,8 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
     let machine = args.machine.build(source.screen())?;
     create_dir(&args.out)?;
     let stimulus = if args.stress { Stimulus::Stress } else { Stimulus::Plain };
-    let done = match write(arch.name, &*machine, &source, stimulus, &args.out) {
-        Ok(done) => done,
-        Err(BenchError::Source(error)) => return Err(error.into()),
-        Err(BenchError::Output(error)) => return Err(error.into()),
-        Err(wrong) => {
-            complain(&wrong.to_string());
-            return Ok(false);
-        }
-    };
+    let done = write(arch.name, &*machine, &source, stimulus, &args.out);
+    let Some(done) = finished(done, "")? else { return Ok(false) };
     if !args.quiet {
         let (folder, name) = (args.out.display(), arch.name);
         let cd = quoted(&folder.to_string());

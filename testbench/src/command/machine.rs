@@ -1,6 +1,6 @@
 //! Which machine: an architecture and its parameters.
 
-use crate::arch::{Architecture, Runnable, Setting, SettingError};
+use crate::arch::{ARCHITECTURES, Architecture, Runnable, Setting, SettingError};
 use crate::output::reason;
 use anyhow::{anyhow, bail};
 use clap::Args;
@@ -43,14 +43,72 @@ fn settings(args: &MachineArgs) -> anyhow::Result<Vec<Setting>> {
         None => vec![],
     };
     for text in &args.param {
-        let Some((name, value)) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty())
-        else {
-            bail!("-p {text}: expected NAME=VALUE");
-        };
-        let (name, value) = (name.trim().to_string(), value.trim().to_string());
-        settings.push(Setting { name, value, origin: format!("-p {text}") });
+        settings.push(setting(text, format!("-p {text}"))?);
     }
     Ok(settings)
+}
+
+fn setting(text: &str, origin: String) -> anyhow::Result<Setting> {
+    let Some((name, value)) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty())
+    else {
+        bail!("{origin}: expected NAME=VALUE");
+    };
+    Ok(Setting { name: name.trim().to_string(), value: value.trim().to_string(), origin })
+}
+
+/// One machine of several.
+pub(super) struct Choice {
+    /// `ARCH:PRESET[,NAME=VALUE]...`.
+    pub(super) name: String,
+    /// The architecture.
+    pub(super) arch: &'static Architecture,
+    preset: String,
+    settings: Vec<Setting>,
+    origin: String,
+}
+
+impl Choice {
+    fn new(arch: &'static Architecture, preset: &str, settings: Vec<Setting>) -> Choice {
+        let mut name = format!("{}:{preset}", arch.name);
+        for Setting { name: key, value, .. } in &settings {
+            name += &format!(",{key}={value}");
+        }
+        let origin = format!("--machine {name}");
+        Choice { name, arch, preset: preset.to_string(), settings, origin }
+    }
+
+    /// Every preset of every architecture.
+    pub(super) fn all() -> Vec<Choice> {
+        let presets = |arch: &'static Architecture| {
+            (arch.presets)().into_iter().map(move |(preset, _)| Choice::new(arch, preset, vec![]))
+        };
+        ARCHITECTURES.iter().flat_map(presets).collect()
+    }
+
+    /// The machine that `text` names: `ARCH[:PRESET][,NAME=VALUE]...`.
+    pub(super) fn parse(text: &str) -> anyhow::Result<Choice> {
+        let origin = format!("--machine {text}");
+        let mut parts = text.split(',');
+        let name = parts.next().unwrap_or_default();
+        let (arch, preset) = match name.split_once(':') {
+            Some((arch, preset)) => (arch, Some(preset.trim())),
+            None => (name, None),
+        };
+        let arch = Architecture::named(arch.trim()).map_err(|e| anyhow!("{origin}: {e}"))?;
+        let preset = preset.unwrap_or_else(|| (arch.presets)().first().map_or("", |p| p.0));
+        let settings = parts.map(|part| setting(part, origin.clone()));
+        let settings = settings.collect::<anyhow::Result<_>>()?;
+        Ok(Choice { origin, ..Choice::new(arch, preset, settings) })
+    }
+
+    /// The machine for a screen.
+    pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Runnable>> {
+        let built = self.arch.build(screen, Some(&self.preset), &self.settings);
+        built.map_err(|error| match error {
+            SettingError::Setting { .. } => error.into(),
+            other => anyhow!("{}: {other}", self.origin),
+        })
+    }
 }
 
 fn file_settings(path: &Path) -> anyhow::Result<Vec<Setting>> {

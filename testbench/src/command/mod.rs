@@ -4,14 +4,17 @@
 //! signal; what was not complete has been removed.
 
 mod area;
+mod compare;
 mod export;
 mod list;
 mod machine;
 mod run;
 mod trace;
 
+use crate::bench::BenchError;
 use crate::output::{OutputError, abandon};
 use crate::scene::{AlphaRule, Camera, Options};
+use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use clap::{Args, Parser, Subcommand};
 use pellucid_hw::pixel::MAX_SIDE;
@@ -46,6 +49,8 @@ struct Cli {
 enum Command {
     /// Sends one frame through one architecture; leaves image, figures and waveform
     Run(run::RunArgs),
+    /// Sends scenes through several machines; leaves their figures side by side, with plots
+    Compare(compare::CompareArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
     /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
@@ -56,13 +61,32 @@ enum Command {
     List(list::ListArgs),
 }
 
+/// What is said of a result that is not exact.
+const INEXACT: &str = "The result is not exact: see what is said on standard error.";
+
+/// The scene where none is named.
+const DEFAULT_SCENE: &str = "glass";
+
 /// Which frame, and how it is seen.
 #[derive(Args)]
 struct SceneArgs {
     /// A built-in scene (see `pellucid list`), a mesh (.obj, .ply, .ply.gz, .gltf, .glb) or a trace
     /// (.csv, .ptrace)
-    #[arg(long, default_value = "glass", value_name = "NAME|FILE")]
+    #[arg(long, default_value = DEFAULT_SCENE, value_name = "NAME|FILE")]
     scene: String,
+    #[command(flatten)]
+    view: ViewArgs,
+}
+
+impl SceneArgs {
+    fn open(&self) -> Result<Source, SourceError> {
+        self.view.open(&self.scene)
+    }
+}
+
+/// How a frame is seen.
+#[derive(Args)]
+struct ViewArgs {
     /// Columns of the screen, 1 to 8192 [default: 640]
     #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true)]
     width: Option<u32>,
@@ -78,15 +102,24 @@ struct SceneArgs {
     alpha: Vec<AlphaRule>,
 }
 
-impl SceneArgs {
-    fn open(&self) -> Result<Source, SourceError> {
+impl ViewArgs {
+    fn open(&self, scene: &str) -> Result<Source, SourceError> {
         let options = Options {
             width: self.width,
             height: self.height,
             camera: self.camera,
             alphas: self.alpha.clone(),
         };
-        Source::open(&self.scene, &options)
+        Source::open(scene, &options)
+    }
+
+    /// What is given of it: options with their values.
+    fn given(&self) -> Vec<(&'static str, String)> {
+        let width = self.width.map(|width| ("--width", width.to_string()));
+        let height = self.height.map(|height| ("--height", height.to_string()));
+        let camera = self.camera.map(|camera| ("--camera", camera.to_string()));
+        let alphas = self.alpha.iter().map(|alpha| ("--alpha", alpha.to_string()));
+        width.into_iter().chain(height).chain(camera).chain(alphas).collect()
     }
 }
 
@@ -104,6 +137,7 @@ pub fn main() -> ExitCode {
     let _ = ctrlc::set_handler(stop);
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
+        Command::Compare(args) => compare::compare(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),
         Command::Trace(args) => trace::trace(&args),
@@ -123,6 +157,38 @@ pub fn main() -> ExitCode {
 fn side(text: &str) -> Result<u32, String> {
     let side = text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
     side.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SIDE}"))
+}
+
+/// What a run gave. A model at fault is told of, with `about` before it, and gives nothing.
+fn finished<T>(done: Result<T, BenchError>, about: &str) -> anyhow::Result<Option<T>> {
+    match done {
+        Ok(done) => Ok(Some(done)),
+        Err(BenchError::Source(error)) => Err(error.into()),
+        Err(BenchError::Output(error)) => Err(error.into()),
+        Err(wrong) => {
+            complain(&format!("{about}{wrong}"));
+            Ok(None)
+        }
+    }
+}
+
+/// Tells what is wrong with a run, with `about` before each fault; whether it passes.
+fn passes(verdict: &Verdict, allow_drops: bool, about: &str) -> bool {
+    let allowed = allow_drops && verdict.is_exact_but_for_drops();
+    for fault in verdict.faults() {
+        tell(&format!("{}: {about}{fault}", if allowed { "warning" } else { "error" }));
+    }
+    verdict.is_exact() || allowed
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+:,=".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }
 
 /// Ends the process on a signal, whatever it is at.

@@ -1,19 +1,14 @@
 //! `pellucid run`: one frame through one architecture.
 
 use super::machine::MachineArgs;
-use super::{SceneArgs, complain, say, tell};
-use crate::arch::Job;
-use crate::bench::BenchError;
-use crate::golden::{Golden, GoldenError, Reference};
+use super::{INEXACT, SceneArgs, finished, passes, say};
 use crate::output::create_dir;
 use crate::progress::Progress;
-use crate::report::Report;
 use crate::scoreboard::Verdict;
-use crate::source::{Source, SourceError};
+use crate::trial::{Case, Trial};
 use crate::window::{DEFAULT_WINDOWS, Window};
 use clap::Args;
 use comfy_table::Table;
-use pellucid_hw::machine::Census;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -51,51 +46,28 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let machine = args.machine.build(screen)?;
     create_dir(&args.out)?;
 
-    let reference = golden(&source, args.quiet)?;
+    let mut progress = Progress::new("golden model", None, args.quiet);
+    let case = Case::new(&args.scene.scene, source, &mut progress)?;
     let wave = (!args.no_wave).then(|| {
         let windows =
             if args.wave.is_empty() { DEFAULT_WINDOWS.to_vec() } else { args.wave.clone() };
         (args.out.join("wave.vcd"), windows)
     });
-    let mut progress = Progress::new("simulating", Some(reference.fragments), args.quiet);
-    let job = Job { source: &source, wave, progress: &mut progress };
-    let outcome = match machine.run(job) {
-        Ok(outcome) => outcome,
-        Err(BenchError::Source(error)) => return Err(error.into()),
-        Err(BenchError::Output(error)) => return Err(error.into()),
-        Err(wrong) => {
-            complain(&wrong.to_string());
-            return Ok(false);
-        }
-    };
+    progress = Progress::new("simulating", Some(case.reference.fragments), args.quiet);
+    let trial = case.run(arch.name, &*machine, wave, &mut progress);
     drop(progress);
-
-    let census = Census { stored: reference.stored, histogram: reference.stored_histogram.clone() };
-    let closed_forms = machine.closed_forms(&outcome.tally, &census);
-    let verdict = Verdict::new(&reference, &outcome.image, &outcome.tally, closed_forms);
-    let report = Report::new(
-        arch.name,
-        &args.scene.scene,
-        machine.values(),
-        screen,
-        &reference,
-        outcome.tally,
-        &verdict,
-    );
-    outcome.image.write_png(&args.out.join("image.png"))?;
+    let Some(Trial { image, verdict, report }) = finished(trial, "")? else { return Ok(false) };
+    image.write_png(&args.out.join("image.png"))?;
     report.write(&args.out)?;
 
-    let allowed = args.allow_drops && verdict.is_exact_but_for_drops();
-    for fault in verdict.faults() {
-        tell(&format!("{}: {fault}", if allowed { "warning" } else { "error" }));
-    }
+    let passes = passes(&verdict, args.allow_drops, "");
     if args.json {
         say(&format!("{:#}\n", report.json()))?;
     } else if !args.quiet {
         let table = report.table(Table::new().width());
         say(&format!("{table}\n{}{}", report.headline(), summary(args, &verdict)))?;
     }
-    Ok(verdict.is_exact() || allowed)
+    Ok(passes)
 }
 
 /// Where everything is, and whether it is right.
@@ -103,7 +75,7 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
     let exact = if verdict.is_exact() {
         "The image equals the golden model's, bit for bit, and every count its closed form."
     } else {
-        "The result is not exact: see what is said on standard error."
+        INEXACT
     };
     let mut files = vec![
         ("image.png", "the image"),
@@ -118,23 +90,4 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
         text += &format!("  {:32} {what}\n", args.out.join(name).display());
     }
     text
-}
-
-/// What the golden model says of the frame.
-fn golden(source: &Source, quiet: bool) -> anyhow::Result<Reference> {
-    let mut progress = Progress::new("golden model", None, quiet);
-    let mut golden = Golden::new(source.screen());
-    source.play::<PlayError>(&mut |fragment| {
-        progress.step();
-        Ok(golden.push(fragment)?)
-    })?;
-    Ok(golden.finish())
-}
-
-#[derive(Debug, thiserror::Error)]
-enum PlayError {
-    #[error(transparent)]
-    Source(#[from] SourceError),
-    #[error(transparent)]
-    Golden(#[from] GoldenError),
 }

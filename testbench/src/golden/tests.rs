@@ -52,6 +52,19 @@ fn an_empty_frame_is_background() {
 }
 
 #[test]
+fn layers_are_counted_at_each_pixel() {
+    let info = Screen { width: 2, height: 2, background: 0 };
+    let thin = |x, y, z| Fragment { x, y, z, rgba: rgba(9, 9, 9, 9) };
+    // The opaque fragment hides one of the three at (1, 0), and comes after it.
+    let wall = Fragment { x: 1, y: 0, z: 7, rgba: rgba(0, 0, 0, 255) };
+    let fragments =
+        [thin(1, 0, 5), thin(1, 0, 6), thin(1, 0, 7), wall, thin(0, 1, 3), thin(1, 1, 3)];
+    let reference = run(info, &fragments);
+    assert_eq!(reference.layers, [0, 2, 1, 1]);
+    assert_eq!(reference.layer_histogram, [1, 2, 1]);
+}
+
+#[test]
 fn two_layers_by_hand() {
     // Nearer arrives first. Far: red 200, alpha 128, over black:
     //   128*200 + 127*0 = 25600; / 255 = 100.39 -> 100.

@@ -3,6 +3,7 @@
 use super::SceneError;
 use super::geometry::Part;
 use pellucid_hw::params::nearest;
+use std::fmt;
 use std::str::FromStr;
 
 /// Sets the opacity of all parts of a scene, or of those of one name: `0.4` or `NAME=0.4`.
@@ -18,6 +19,15 @@ pub struct AlphaRule {
 #[derive(thiserror::Error, Clone, Debug, PartialEq, Eq)]
 #[error("`{0}` is not an alpha: expected ALPHA or NAME=ALPHA with ALPHA in 0..=1")]
 pub struct AlphaRuleError(String);
+
+impl fmt::Display for AlphaRule {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match &self.name {
+            Some(name) => write!(f, "{name}={}", self.alpha),
+            None => self.alpha.fmt(f),
+        }
+    }
+}
 
 impl FromStr for AlphaRule {
     type Err = AlphaRuleError;
@@ -79,6 +89,9 @@ mod tests {
     fn rules_are_a_number_or_a_name_and_a_number() {
         assert_eq!("0.4".parse(), Ok(AlphaRule { name: None, alpha: 0.4 }));
         assert_eq!("a=b=1".parse(), Ok(AlphaRule { name: Some("a=b".into()), alpha: 1.0 }));
+        for text in ["0.4", "a=b=1"] {
+            assert_eq!(text.parse::<AlphaRule>().unwrap().to_string(), text);
+        }
         for bad in ["", "x", "1.1", "-0.1", "nan", "=0.5", "lid=", "lid=2"] {
             let error = bad.parse::<AlphaRule>().unwrap_err().to_string();
             assert_eq!(

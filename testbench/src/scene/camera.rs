@@ -4,6 +4,7 @@
 //! to the scene, so that the 24 bits of a fragment's depth are spent on what is there.
 
 use glam::{DMat4, DVec3, Vec3};
+use std::fmt;
 use std::str::FromStr;
 
 /// Vertical field of view where none is given, in degrees.
@@ -33,6 +34,13 @@ pub struct Camera {
      a target away from the eye and a field of view between 0 and 180 degrees"
 )]
 pub struct CameraError(String);
+
+impl fmt::Display for Camera {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Camera { eye, target, fov } = self;
+        write!(f, "{},{},{}:{},{},{}:{fov}", eye.x, eye.y, eye.z, target.x, target.y, target.z)
+    }
+}
 
 impl FromStr for Camera {
     type Err = CameraError;
@@ -134,6 +142,7 @@ mod tests {
             Camera { eye: DVec3::new(1.0, 2.0, 3.0), target: DVec3::ZERO, fov: DEFAULT_FOV };
         assert_eq!("1,2, 3:0,0,0".parse(), Ok(camera));
         assert_eq!("1,2,3:0,0,0:60".parse(), Ok(Camera { fov: 60.0, ..camera }));
+        assert_eq!(camera.to_string(), "1,2,3:0,0,0:40");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use tempfile::TempDir;
 
 mod area;
 mod bad_input;
+mod compare;
 mod export;
 mod results;
 

@@ -181,6 +181,7 @@ pub fn stacked(references: &[Reference]) -> Reference {
         sum.max_layers = sum.max_layers.max(r.max_layers);
         sum.stored += r.stored;
         sum.stored_pixels += r.stored_pixels;
+        sum.layers.extend(&r.layers);
         add(&mut sum.layer_histogram, &r.layer_histogram);
         add(&mut sum.stored_histogram, &r.stored_histogram);
     }

@@ -1,0 +1,171 @@
+//! A comparison: the figures of several machines on several scenes, side by side.
+
+mod heat;
+mod page;
+mod plots;
+
+use crate::output::{OutputError, put};
+use crate::report::{Entry, align_right, at_margin, csv_text, grouped, nest};
+use crate::trial::{Case, Trial};
+use comfy_table::{Table, presets};
+use serde_json::{Map, Value as Json, json};
+use std::path::Path;
+
+/// What is said if every run is exact.
+pub const EXACT: &str =
+    "Every image equals the golden model's, bit for bit, and every count its closed form.";
+
+/// The figures that are compared: group and name. Each is one of a run's report.
+const FIGURES: [(&str, &str); 14] = [
+    ("cycles", "total"),
+    ("cycles", "store"),
+    ("cycles", "resolve"),
+    ("stalls", "streams"),
+    ("accesses", "seed"),
+    ("accesses", "full"),
+    ("storage", "seed_bytes"),
+    ("storage", "seed_bytes_used"),
+    ("storage", "bits"),
+    ("fragments", "stored"),
+    ("fragments", "spilled"),
+    ("fragments", "dropped"),
+    ("image", "mismatched_pixels"),
+    ("image", "max_error"),
+];
+
+/// See the module's description.
+pub struct Comparison {
+    /// The command that makes it, as a shell takes it.
+    pub command: String,
+    /// The machines' names.
+    pub machines: Vec<String>,
+    /// The scenes with their runs.
+    pub scenes: Vec<Compared>,
+}
+
+/// One scene's runs.
+pub struct Compared {
+    /// The scene.
+    pub case: Case,
+    /// A run for each machine, in their order.
+    pub trials: Vec<Trial>,
+}
+
+/// One figure, and its value for each machine.
+struct Row<'a> {
+    figure: &'a Entry,
+    values: Vec<&'a Json>,
+}
+
+impl Compared {
+    /// The figures that are compared, in their order.
+    fn rows(&self) -> Vec<Row<'_>> {
+        FIGURES.into_iter().filter_map(|(group, name)| self.row(group, name)).collect()
+    }
+
+    /// One figure; there is none where nothing was run.
+    fn row(&self, group: &str, name: &str) -> Option<Row<'_>> {
+        let find = self.trials.iter().filter_map(|trial| trial.report.figure(group, name));
+        let entries: Vec<&Entry> = find.collect();
+        let values = entries.iter().map(|entry| &entry.value).collect();
+        entries.first().map(|figure| Row { figure, values })
+    }
+}
+
+impl Comparison {
+    /// Whether every run is exact.
+    pub fn is_exact(&self) -> bool {
+        self.scenes.iter().flat_map(|scene| &scene.trials).all(|trial| trial.verdict.is_exact())
+    }
+
+    /// Every fault: machine, scene and sentence.
+    fn faults(&self) -> impl Iterator<Item = String> {
+        self.runs().flat_map(|(scene, machine, trial)| {
+            let faults = trial.verdict.faults().into_iter();
+            faults.map(move |fault| format!("{machine} on {scene}: {fault}"))
+        })
+    }
+
+    /// Every run with the names of its scene and of its machine.
+    fn runs(&self) -> impl Iterator<Item = (&str, &str, &Trial)> {
+        self.scenes.iter().flat_map(|scene| {
+            let runs = self.machines.iter().zip(&scene.trials);
+            runs.map(|(machine, trial)| (&*scene.case.scene, &**machine, trial))
+        })
+    }
+
+    /// All figures: an array of scenes, each with an array of machines; `about` tells unit and sentence
+    /// of each figure.
+    pub fn json(&self) -> Json {
+        let mut about = Map::new();
+        let scenes: Vec<Json> =
+            self.scenes.iter().map(|s| self.scene_json(s, &mut about)).collect();
+        json!({ "command": self.command, "scenes": scenes, "about": about })
+    }
+
+    fn scene_json(&self, scene: &Compared, about: &mut Map<String, Json>) -> Json {
+        let mut object = Map::new();
+        object.insert("scene".into(), json!(scene.case.scene));
+        if let Some(trial) = scene.trials.first() {
+            let frame = trial.report.entries().iter().filter(|e| e.group == "frame");
+            about.append(&mut nest(frame, &mut object));
+        }
+        let runs = self.machines.iter().zip(&scene.trials).map(|(machine, trial)| {
+            let mut run = trial.report.labels();
+            run.remove("scene");
+            run.insert("machine".into(), json!(machine));
+            let compared = |e: &&Entry| FIGURES.contains(&(e.group, e.name));
+            about.append(&mut nest(trial.report.entries().iter().filter(compared), &mut run));
+            Json::Object(run)
+        });
+        object.insert("machines".into(), runs.collect());
+        Json::Object(object)
+    }
+
+    /// All figures as lines `scene,machine,figure,value,unit,about`.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("scene,machine,figure,value,unit,about\n");
+        for scene in &self.scenes {
+            for Row { figure, values } in scene.rows() {
+                let (key, unit, about) = (figure.key(), figure.unit, csv_text(figure.about));
+                for (machine, value) in self.machines.iter().zip(values) {
+                    let names = [&scene.case.scene, machine].map(|name| csv_text(name)).join(",");
+                    text += &format!("{names},{key},{value},{unit},{about}\n");
+                }
+            }
+        }
+        text
+    }
+
+    /// All figures as a table: a column for each machine, a group of lines for each scene.
+    pub fn table(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(presets::NOTHING);
+        let mut head = vec![String::new(), String::new()];
+        // A setting a line, so that a column is not much wider than its figures.
+        head.extend(self.machines.iter().map(|name| name.replace(',', ",\n")));
+        table.add_row(head);
+        for scene in &self.scenes {
+            table.add_row([format!("SCENE {}", scene.case.scene)]);
+            for Row { figure, values } in scene.rows() {
+                let mut row = vec![format!("  {}", figure.key()), figure.unit.to_string()];
+                row.extend(values.into_iter().map(grouped));
+                table.add_row(row);
+            }
+        }
+        align_right(&mut table, &(2..2 + self.machines.len()).collect::<Vec<_>>());
+        at_margin(&table.to_string())
+    }
+
+    /// Writes `compare.json`, `compare.csv` and `compare.html` to `folder`.
+    ///
+    /// # Errors
+    /// A file cannot be written; nothing half-written is left.
+    pub fn write(&self, folder: &Path) -> Result<(), OutputError> {
+        let path = folder.join("compare.html");
+        let page = page::page(self).map_err(|error| OutputError::write(&path, &error))?;
+        put(&path, &page)?;
+        put(&folder.join("compare.json"), &format!("{:#}\n", self.json()))?;
+        put(&folder.join("compare.csv"), &self.csv())
+    }
+}

@@ -1,0 +1,217 @@
+//! A comparison as one page that needs nothing beside it.
+//!
+//! The page is XML too, so that it can be checked, and read by other programs.
+
+use super::{Compared, Comparison, Row, heat, plots};
+use crate::image::Image;
+use crate::report::grouped;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use plotters::style::RGBColor;
+use serde_json::{Value as Json, json};
+use std::io;
+
+/// The figures that have a plot.
+const PLOTTED: [(&str, &str); 5] = [
+    ("storage", "seed_bytes"),
+    ("storage", "seed_bytes_used"),
+    ("accesses", "seed"),
+    ("accesses", "full"),
+    ("cycles", "total"),
+];
+
+const STYLE: &str = "
+body { font-family: sans-serif; line-height: 1.4; margin: 2em auto; max-width: 70em; padding: 0 1em; }
+table { border-collapse: collapse; }
+th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+tr.scene th { border-bottom: 1px solid #888; padding-top: 1em; }
+pre { background: #eee; overflow-x: auto; padding: 0.5em; }
+figure { margin: 1.5em 0; overflow-x: auto; }
+img { border: 1px solid #888; image-rendering: pixelated; max-width: 100%; min-width: 20em; }
+.colour { border: 1px solid #888; display: inline-block; height: 0.8em; width: 1.6em; }
+.sample { margin-right: 1.5em; }
+";
+
+/// A text as it stands in a page.
+fn escaped(text: &str) -> String {
+    let mut safe = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            c if c.is_control() => safe.push(char::REPLACEMENT_CHARACTER),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// A picture with a caption.
+fn figure(image: &Image, caption: &str) -> io::Result<String> {
+    let data = STANDARD.encode(image.png()?);
+    let caption = escaped(caption);
+    Ok(format!(
+        "<figure>\n<img src=\"data:image/png;base64,{data}\" width=\"{}\" alt=\"{caption}\"/>\n\
+         <figcaption>{caption}</figcaption>\n</figure>\n",
+        image.width
+    ))
+}
+
+/// A plot with a caption.
+fn plot(svg: &str, caption: &str) -> String {
+    format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escaped(caption))
+}
+
+/// A colour and what it means.
+fn sample(rgb: u32, meaning: &str) -> String {
+    format!(
+        "<span class=\"sample\"><span class=\"colour\" style=\"background: #{rgb:06x}\"></span> {}</span>\n",
+        escaped(meaning)
+    )
+}
+
+/// The page.
+///
+/// # Errors
+/// A picture or a plot cannot be made.
+pub(super) fn page(comparison: &Comparison) -> io::Result<String> {
+    let mut text = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <title>Pellucid: machines compared</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
+         <h1>Machines compared</h1>\n\
+         <p>Clocked models of hardware for order-independent transparency, by Pellucid {}. Each machine \
+         drew each scene; a golden model in plain software says what the image must be. This page was \
+         made by</p>\n<pre>{}</pre>\n",
+        env!("CARGO_PKG_VERSION"),
+        escaped(&comparison.command)
+    );
+    text += &faults(comparison);
+    text += &machines(comparison);
+    text += &table(comparison);
+    text += &bars(comparison)?;
+    for scene in &comparison.scenes {
+        text += &frame(comparison, scene)?;
+    }
+    Ok(text + "</body>\n</html>\n")
+}
+
+/// What is wrong.
+fn faults(comparison: &Comparison) -> String {
+    if comparison.is_exact() {
+        return format!("<p>{}</p>\n", super::EXACT);
+    }
+    let faults: Vec<String> =
+        comparison.faults().map(|fault| format!("<li>{}</li>\n", escaped(&fault))).collect();
+    format!("<p>Not every result is exact:</p>\n<ul>\n{}</ul>\n", faults.concat())
+}
+
+/// The machines' parameters.
+fn machines(comparison: &Comparison) -> String {
+    let mut text = String::from(
+        "<h2>Machines</h2>\n<table id=\"machines\">\n<tr><th>machine</th><th>parameters</th></tr>\n",
+    );
+    let trials = comparison.scenes.first().map(|scene| &scene.trials);
+    for (machine, trial) in comparison.machines.iter().zip(trials.into_iter().flatten()) {
+        let values = trial.report.config().iter().map(|(name, value)| format!("{name}={value}"));
+        let values = values.collect::<Vec<_>>().join(", ");
+        text += &format!("<tr><td>{}</td><td>{}</td></tr>\n", escaped(machine), escaped(&values));
+    }
+    text + "</table>\n"
+}
+
+/// All figures.
+fn table(comparison: &Comparison) -> String {
+    let heads = comparison.machines.iter().map(|name| format!("<th>{}</th>", escaped(name)));
+    let heads: String = heads.collect();
+    let mut text = format!(
+        "<h2>Figures</h2>\n<table id=\"figures\">\n\
+         <tr><th>figure</th>{heads}<th>unit</th><th>meaning</th></tr>\n"
+    );
+    let columns = comparison.machines.len() + 3;
+    for scene in &comparison.scenes {
+        let name = escaped(&scene.case.scene);
+        text += &format!("<tr class=\"scene\"><th colspan=\"{columns}\">{name}</th></tr>\n");
+        for Row { figure, values } in scene.rows() {
+            let cell = |value| format!("<td class=\"number\">{}</td>", grouped(value));
+            let cells: String = values.into_iter().map(cell).collect();
+            let (key, unit, about) = (figure.key(), figure.unit, escaped(figure.about));
+            text += &format!("<tr><td>{key}</td>{cells}<td>{unit}</td><td>{about}</td></tr>\n");
+        }
+    }
+    text + "</table>\n"
+}
+
+/// The plots of figures.
+fn bars(comparison: &Comparison) -> io::Result<String> {
+    let mut text = String::from(
+        "<h2>Plots</h2>\n<p>A group of bars for each scene, a bar for each machine, from left to right in \
+         this order:</p>\n<p>\n",
+    );
+    for (k, machine) in comparison.machines.iter().enumerate() {
+        let RGBColor(r, g, b) = plots::colour(k);
+        text += &sample(u32::from_be_bytes([0, r, g, b]), machine);
+    }
+    text += "</p>\n";
+    let names: Vec<&str> = comparison.scenes.iter().map(|scene| &*scene.case.scene).collect();
+    for (group, name) in PLOTTED {
+        let rows = comparison.scenes.iter().filter_map(|scene| scene.row(group, name));
+        let rows: Vec<Row> = rows.collect();
+        let Some(Row { figure, .. }) = rows.first() else { continue };
+        let number = |value: &&Json| value.as_f64().unwrap_or_default();
+        let values: Vec<Vec<f64>> =
+            rows.iter().map(|row| row.values.iter().map(number).collect()).collect();
+        let svg = plots::groups(&names, &values, figure.unit)?;
+        text += &plot(&svg, &format!("{}, in {}. {}", figure.key(), figure.unit, figure.about));
+    }
+    Ok(text)
+}
+
+/// What a scene looks like, and how deep it is.
+fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
+    let reference = &scene.case.reference;
+    let number = |n: u64| grouped(&json!(n));
+    let mut text = format!(
+        "<h2>Scene {}</h2>\n<p>{} x {} pixels, {} fragments, {} of them transparent, {} of these behind \
+         something opaque.</p>\n",
+        escaped(&scene.case.scene),
+        reference.image.width,
+        reference.image.height,
+        number(reference.fragments),
+        number(reference.transparent),
+        number(reference.culled),
+    );
+    text += &figure(&reference.image, "The image by the golden model.")?;
+    let runs = comparison.machines.iter().zip(&scene.trials);
+    let (same, different): (Vec<_>, Vec<_>) =
+        runs.partition(|(_, trial)| trial.verdict.image.mismatched_pixels == 0);
+    if !same.is_empty() {
+        let same: Vec<String> = same.iter().map(|(machine, _)| escaped(machine)).collect();
+        text += &format!("<p>The same image, bit for bit, came from: {}.</p>\n", same.join("; "));
+    }
+    for (machine, trial) in different {
+        let pixels = number(trial.verdict.image.mismatched_pixels);
+        let caption = format!("The image by {machine}: {pixels} pixels differ.");
+        text += &figure(&trial.image, &caption)?;
+    }
+    let caption =
+        "Layers at each pixel: transparent fragments that are in front of all that is opaque.";
+    text += &figure(&heat::map(reference), caption)?;
+    text += "<p>Layers:\n";
+    for (layers, rgb) in heat::legend(reference.max_layers) {
+        text += &sample(rgb, &layers.to_string());
+    }
+    text += "</p>\n";
+    let without = number(reference.layer_histogram[0]);
+    if reference.max_layers > 0 {
+        let caption = format!(
+            "Pixels with each number of layers. The {without} pixels without any are left out."
+        );
+        text += &plot(&plots::histogram(&reference.layer_histogram)?, &caption);
+    } else {
+        text += &format!("<p>None of the {without} pixels has a layer.</p>\n");
+    }
+    Ok(text)
+}

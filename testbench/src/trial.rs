@@ -1,0 +1,83 @@
+//! A trial: one scene through one machine, held to the golden model.
+
+use crate::arch::{Job, Runnable};
+use crate::bench::BenchError;
+use crate::golden::{Golden, GoldenError, Reference};
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::report::Report;
+use crate::scoreboard::Verdict;
+use crate::source::{Source, SourceError};
+use crate::window::Window;
+use pellucid_hw::machine::Census;
+use std::path::PathBuf;
+
+/// A scene, and what the golden model says of it.
+pub struct Case {
+    /// The scene's name or file.
+    pub scene: String,
+    /// Its fragments.
+    pub source: Source,
+    /// What every exact machine must give.
+    pub reference: Reference,
+}
+
+/// What a machine gave, and how it was judged.
+pub struct Trial {
+    /// Its image.
+    pub image: Image,
+    /// Whether it is right.
+    pub verdict: Verdict,
+    /// Its figures.
+    pub report: Report,
+}
+
+/// A scene of which the golden model can say nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// The frame could not be read.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// The frame does not fit the golden model.
+    #[error(transparent)]
+    Golden(#[from] GoldenError),
+}
+
+impl Case {
+    /// Plays the scene to the golden model.
+    ///
+    /// # Errors
+    /// The frame cannot be read, or has more fragments than the golden model holds.
+    pub fn new(scene: &str, source: Source, progress: &mut Progress) -> Result<Case, CaseError> {
+        let mut golden = Golden::new(source.screen());
+        source.play::<CaseError>(&mut |fragment| {
+            progress.step();
+            Ok(golden.push(fragment)?)
+        })?;
+        Ok(Case { scene: scene.to_string(), source, reference: golden.finish() })
+    }
+
+    /// Sends the scene through a machine of the architecture `arch` and judges what it gives. `wave` is
+    /// where the waveform goes, and what it shows.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn run(
+        &self,
+        arch: &'static str,
+        machine: &dyn Runnable,
+        wave: Option<(PathBuf, Vec<Window>)>,
+        progress: &mut Progress,
+    ) -> Result<Trial, BenchError> {
+        let (screen, reference) = (self.source.screen(), &self.reference);
+        let outcome = machine.run(Job { source: &self.source, wave, progress })?;
+        let histogram = reference.stored_histogram.clone();
+        let census = Census { stored: reference.stored, histogram };
+        let closed_forms = machine.closed_forms(&outcome.tally, &census);
+        let verdict = Verdict::new(reference, &outcome.image, &outcome.tally, closed_forms);
+        let values = machine.values();
+        let tally = outcome.tally;
+        let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
+        Ok(Trial { image: outcome.image, verdict, report })
+    }
+}
