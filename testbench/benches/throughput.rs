@@ -5,9 +5,12 @@
 
 use divan::{Bencher, counter::ItemsCount};
 use pellucid_hw::allocator::FreeList;
+use pellucid_hw::machine::Machine;
+use pellucid_hw::params::Preset;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
-use pellucid_hw::tbuffer::TBuffer;
-use pellucid_hw::tbuffer::config::{Config, PRESETS};
+use pellucid_hw::rbuffer::{self, RBuffer};
+use pellucid_hw::tbuffer::{self, TBuffer};
+use pellucid_sim::Signals;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::Golden;
 use pellucid_testbench::scene::{Options, Scene};
@@ -24,14 +27,27 @@ fn open(name: &str, width: Option<u32>, height: Option<u32>) -> Scene {
     Scene::open(name, &Options { width, height, ..Options::default() }).unwrap()
 }
 
-fn machine(screen: Screen, preset: &str) -> Bench<TBuffer<FreeList>> {
-    let preset = PRESETS.iter().find(|p| p.name == preset).unwrap();
-    Bench::new(Config::new(screen, (preset.params)()).unwrap())
+/// The parameters of a preset.
+fn params<P>(presets: &[Preset<P>], name: &str) -> P {
+    (presets.iter().find(|p| p.name == name).unwrap().params)()
+}
+
+fn tbuffer(screen: Screen, preset: &str) -> Bench<TBuffer<FreeList>> {
+    let params = params(tbuffer::config::PRESETS, preset);
+    Bench::new(tbuffer::config::Config::new(screen, params).unwrap())
+}
+
+fn rbuffer(screen: Screen, preset: &str) -> Bench<RBuffer> {
+    let params = params(rbuffer::config::PRESETS, preset);
+    Bench::new(rbuffer::config::Config::new(screen, params).unwrap())
 }
 
 /// One frame through a new machine; the cycles that it took.
-fn cycles(screen: Screen, frame: &[Fragment], preset: &str, wave: Option<&Path>) -> u64 {
-    let mut bench = machine(screen, preset);
+fn cycles<M: Machine>(mut bench: Bench<M>, frame: &[Fragment], wave: Option<&Path>) -> u64
+where
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
     if let Some(path) = wave {
         bench.record(path, "machine", &[Window::Cycles { from: 0, to: u64::MAX }]).unwrap();
     }
@@ -43,7 +59,15 @@ fn cycles(screen: Screen, frame: &[Fragment], preset: &str, wave: Option<&Path>)
     bench.cycles()
 }
 
-fn bench_cycles(bencher: Bencher, scene: &str, preset: &str, wave: Option<&Path>) {
+fn bench_cycles<M: Machine>(
+    bencher: Bencher,
+    scene: &str,
+    machine: impl Fn(Screen) -> Bench<M>,
+    wave: Option<&Path>,
+) where
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
     let scene = open(scene, None, None);
     let mut frame = vec![];
     scene
@@ -52,26 +76,32 @@ fn bench_cycles(bencher: Bencher, scene: &str, preset: &str, wave: Option<&Path>
             Ok(())
         })
         .unwrap();
-    let count = cycles(scene.info(), &frame, preset, None);
+    let count = cycles(machine(scene.info()), &frame, None);
     bencher
         .counter(ItemsCount::new(count))
-        .bench_local(|| cycles(scene.info(), &frame, preset, wave));
+        .bench_local(|| cycles(machine(scene.info()), &frame, wave));
 }
 
 #[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
 fn cycles_untraced(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, "fast", None);
+    bench_cycles(bencher, scene, |screen| tbuffer(screen, "fast"), None);
 }
 
 #[divan::bench(args = ["paper-480"], sample_count = 5)]
 fn cycles_untraced_paper(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, "paper", None);
+    bench_cycles(bencher, scene, |screen| tbuffer(screen, "paper"), None);
+}
+
+#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
+fn cycles_untraced_rbuffer(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, |screen| rbuffer(screen, "on-chip"), None);
 }
 
 #[divan::bench(args = ["paper-480"], sample_count = 3)]
 fn cycles_traced(bencher: Bencher, scene: &str) {
     let folder = tempfile::tempdir().unwrap();
-    bench_cycles(bencher, scene, "fast", Some(&folder.path().join("wave.vcd")));
+    let wave = folder.path().join("wave.vcd");
+    bench_cycles(bencher, scene, |screen| tbuffer(screen, "fast"), Some(&wave));
 }
 
 fn play(scene: &Scene) -> u64 {
@@ -83,7 +113,7 @@ fn play(scene: &Scene) -> u64 {
         })
         .unwrap();
     let reference = golden.finish();
-    let mut bench = machine(scene.info(), "fast");
+    let mut bench = tbuffer(scene.info(), "fast");
     scene.play::<BenchError>(&mut |fragment| bench.send(Marked::item(fragment))).unwrap();
     bench.end_frame().unwrap();
     assert_eq!(bench.take_images(), [reference.image]);

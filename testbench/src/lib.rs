@@ -15,6 +15,7 @@ pub mod image;
 pub mod output;
 pub mod progress;
 pub mod report;
+pub mod reproduce;
 pub mod scene;
 pub mod scoreboard;
 pub mod source;

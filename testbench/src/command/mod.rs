@@ -8,6 +8,7 @@ mod compare;
 mod export;
 mod list;
 mod machine;
+mod reproduce;
 mod run;
 mod trace;
 
@@ -55,6 +56,8 @@ enum Command {
     Export(export::ExportArgs),
     /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
     Area(area::AreaArgs),
+    /// Makes a seed document's comparison again, with its printed figures beside what is counted
+    Reproduce(reproduce::ReproduceArgs),
     /// Writes a scene's fragments to a trace file
     Trace(trace::TraceArgs),
     /// Lists architectures with their parameters, and scenes
@@ -140,6 +143,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::compare(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),
+        Command::Reproduce(args) => reproduce::reproduce(&args),
         Command::Trace(args) => trace::trace(&args),
         Command::List(args) => list::list(&args),
     };

@@ -1,0 +1,100 @@
+//! `pellucid reproduce`: a seed document's comparison, made again.
+
+use super::{finished, passes, say};
+use crate::arch::Architecture;
+use crate::progress::Progress;
+use crate::reproduce::{Frame, Reproduction};
+use crate::scene::{Options, built_in};
+use crate::source::Source;
+use crate::trial::{Case, Trial};
+use clap::{Args, ValueEnum};
+use indicatif::MultiProgress;
+use pellucid_hw::machine::Census;
+use rayon::prelude::*;
+
+/// The machines, as the document describes them.
+const MACHINES: [(&str, &str); 2] = [("tbuffer", "paper"), ("rbuffer", "on-chip")];
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    /// Storage and accesses of T-buffer, R-buffer and M-buffer (seed document 000)
+    Tbuffer,
+}
+
+#[derive(Args)]
+pub(super) struct ReproduceArgs {
+    /// Which comparison
+    what: What,
+    /// Print as JSON
+    #[arg(long)]
+    json: bool,
+    /// Show no sign of progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Reproduces; whether all comes out.
+pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
+    match args.what {
+        What::Tbuffer => tbuffer(args),
+    }
+}
+
+fn tbuffer(args: &ReproduceArgs) -> anyhow::Result<bool> {
+    let names: Vec<&str> = built_in()
+        .iter()
+        .map(|scene| scene.name)
+        .filter(|name| name.starts_with("paper-"))
+        .collect();
+    let bars = MultiProgress::new();
+    let done: Vec<anyhow::Result<Option<(Frame, bool)>>> =
+        names.par_iter().map(|name| frame(name, &bars, args.quiet)).collect();
+    let mut frames = vec![];
+    let mut exact = true;
+    for frame in done {
+        let Some((frame, passed)) = frame? else { return Ok(false) };
+        exact &= passed;
+        frames.push(frame);
+    }
+    let reproduction = Reproduction::new(frames)?;
+    exact &= reproduction.is_reproduced();
+    if args.json {
+        say(&format!("{:#}\n", reproduction.json()))?;
+    } else {
+        let verdict = if exact {
+            "Every image is exact, every count its closed form, and every percentage within two points of \
+             the printed one."
+        } else {
+            "Not everything comes out: see the figures above."
+        };
+        say(&format!(
+            "{}\nThe M-buffer is a closed form; T-buffer and R-buffer are clocked as well.\n{verdict}\n",
+            reproduction.table()
+        ))?;
+    }
+    Ok(exact)
+}
+
+/// One frame through the machines, and whether all are exact; nothing if a model is at fault.
+fn frame(name: &str, bars: &MultiProgress, quiet: bool) -> anyhow::Result<Option<(Frame, bool)>> {
+    let progress = |what, total| Progress::among(bars, name.to_string(), what, total, quiet);
+    let source = Source::open(name, &Options::default())?;
+    let case = Case::new(name, source, &mut progress("golden model", None))?;
+    let screen = case.source.screen();
+    let mut passed = true;
+    let mut trials: Vec<Trial> = vec![];
+    for (arch, preset) in MACHINES {
+        let arch = Architecture::named(arch)?;
+        let machine = arch.build(screen, Some(preset), &[])?;
+        let mut progress = progress("simulating", Some(case.reference.fragments));
+        let about = format!("{} on {name}: ", arch.name);
+        let done = case.run(arch.name, &*machine, None, &mut progress);
+        let Some(trial) = finished(done, &about)? else { return Ok(None) };
+        passed &= passes(&trial.verdict, false, &about);
+        trials.push(trial);
+    }
+    let histogram = case.reference.stored_histogram;
+    let census = Census { stored: case.reference.stored, histogram };
+    let frame = Frame::new(name, screen, census, &trials[0], &trials[1])?;
+    Ok(Some((frame, passed)))
+}
