@@ -9,6 +9,9 @@
 //! contract alone must find it from reset; and a run must exist in which all sections go out, come
 //! back and go out again, so that the assumptions do not exclude what matters.
 
+#[path = "../../testbench/tests/tools/mod.rs"]
+mod tools;
+
 use pellucid_hw::allocator::{Config, FreeList};
 use pellucid_sim::netlist::elaborate;
 use pellucid_verilog::{File, files};
@@ -19,17 +22,8 @@ use std::process::Command;
 /// Longer than the longest run that a fault or a cover needs, in cycles.
 const CYCLES: &str = "20";
 
-/// Whether the tools are there. Where they must be, as on a build machine, a missing one is a failure.
-fn tools() -> bool {
-    let missing = ["yosys", "yosys-smtbmc", "z3"]
-        .into_iter()
-        .find(|tool| Command::new(tool).arg("--help").output().is_err());
-    let required = std::env::var_os("PELLUCID_REQUIRE_TOOLS").is_some();
-    if let Some(tool) = missing {
-        assert!(!required, "`{tool}` is required here and missing");
-        println!("skipped: `{tool}` is not installed");
-    }
-    missing.is_none()
+fn have_tools() -> bool {
+    tools::have(&["yosys", "yosys-smtbmc", "z3"])
 }
 
 /// What a tool printed, and whether it ended well.
@@ -103,7 +97,7 @@ fn free_list(sections: u32) -> Vec<File> {
 
 #[test]
 fn no_section_is_granted_twice_or_lost() {
-    if !tools() {
+    if !have_tools() {
         return;
     }
     for sections in 1..=5 {
@@ -139,7 +133,7 @@ const FAULTS: [Fault; 8] = [
 
 #[test]
 fn every_fault_is_seen() {
-    if !tools() {
+    if !have_tools() {
         return;
     }
     // Without a fault the contract holds: that is proved above.
