@@ -202,6 +202,11 @@ impl Report {
         labels
     }
 
+    /// What the run counted.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
     /// All figures as lines `figure,value,unit,about`.
     pub fn csv(&self) -> String {
         let mut text = String::from("figure,value,unit,about\n");

@@ -64,10 +64,8 @@ fn tbuffer_bytes(census: &Census, screen: Screen, capacity: u32) -> Result<u64, 
 }
 
 fn counted(trial: &Trial) -> Need {
-    let figure = |group, name| {
-        trial.report.figure(group, name).and_then(|entry| entry.value.as_u64()).unwrap_or_default()
-    };
-    Need { accesses: figure("accesses", "seed"), bytes: figure("storage", "seed_bytes_used") }
+    let tally = trial.report.tally();
+    Need { accesses: tally.seed_accesses, bytes: tally.seed_bytes_used }
 }
 
 impl Frame {

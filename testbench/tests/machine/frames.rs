@@ -3,15 +3,16 @@
 use pellucid_hw::machine::{Census, Check, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_sim::{Signals, Stream};
-use pellucid_testbench::arch::{Architecture, Job, Outcome};
+use pellucid_testbench::arch::Architecture;
 use pellucid_testbench::bench::{Bench, BenchError};
-use pellucid_testbench::golden::{Golden, GoldenError, Reference};
+use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::scene::Options;
 use pellucid_testbench::scoreboard::Verdict;
-use pellucid_testbench::source::{Source, SourceError};
+use pellucid_testbench::source::Source;
 use pellucid_testbench::stimulus::chosen;
+use pellucid_testbench::trial::Case;
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
 
@@ -353,28 +354,16 @@ macro_rules! properties {
 pub(crate) use properties;
 
 /// The frame through the machine of a preset; the run must be exact.
-pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Outcome {
-    let source = Source::open(scene, options).unwrap();
-    let mut golden = Golden::new(source.screen());
-    source.play::<PlayError>(&mut |fragment| Ok(golden.push(fragment)?)).unwrap();
-    let reference = golden.finish();
-    let arch = Architecture::named(arch).unwrap();
-    let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
+pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Tally {
     let mut progress = Progress::new("", None, true);
-    let outcome =
-        machine.run(Job { source: &source, wave: None, progress: &mut progress }).unwrap();
-    let forms = machine.closed_forms(&outcome.tally, &census(&reference));
-    let verdict = Verdict::new(&reference, &outcome.image, &outcome.tally, forms);
-    assert!(verdict.is_exact(), "{scene}, {}, {preset}: {:?}", arch.name, verdict.faults());
-    outcome
-}
-
-#[derive(Debug, thiserror::Error)]
-enum PlayError {
-    #[error(transparent)]
-    Source(#[from] SourceError),
-    #[error(transparent)]
-    Golden(#[from] GoldenError),
+    let source = Source::open(scene, options).unwrap();
+    let case = Case::new(scene, source, &mut progress).unwrap();
+    let arch = Architecture::named(arch).unwrap();
+    let machine = arch.build(case.source.screen(), Some(preset), &[]).unwrap();
+    let trial = case.run(arch.name, &*machine, None, &mut progress).unwrap();
+    let faults = trial.verdict.faults();
+    assert!(trial.verdict.is_exact(), "{scene}, {}, {preset}: {faults:?}", arch.name);
+    trial.report.tally().clone()
 }
 
 /// A small view of a scene through every preset.

@@ -125,7 +125,7 @@ proptest! {
 fn outside_memory_costs_no_cycle_if_the_part_on_chip_covers_its_latency() {
     for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
         let [on_chip, outside] = ["on-chip", "outside"]
-            .map(|name| preset("rbuffer", scene.name, &Options::default(), name).tally.cycles);
+            .map(|name| preset("rbuffer", scene.name, &Options::default(), name).cycles);
         assert_eq!(outside.store, on_chip.store, "{}", scene.name);
         assert_eq!(outside.resolve, on_chip.resolve, "{}", scene.name);
     }

@@ -130,7 +130,7 @@ fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
 fn the_papers_frames_are_resolved_at_the_target_rate() {
     for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
         let Tally { fragments, cycles, .. } =
-            preset("tbuffer", scene.name, &Options::default(), "fast").tally;
+            preset("tbuffer", scene.name, &Options::default(), "fast");
         assert_rate(&format!("{}, stored", scene.name), fragments.stored, cycles.store, 0.98);
         assert_rate(&format!("{}, resolved", scene.name), fragments.stored, cycles.resolve, 0.9);
     }
