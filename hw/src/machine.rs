@@ -44,10 +44,22 @@ pub struct Ports {
     pub image: Handshake<u32>,
 }
 
+/// How a machine makes a pixel's colour of its fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// Far to near, rounded at each step: the exact blend.
+    Blend,
+    /// A sum of fragments, each weighted by its own alpha and by what the nearer ones let through, in the
+    /// M-buffer's fixed point: close to the exact blend, not equal to it.
+    Weights,
+}
+
 /// An architecture: a block that takes frames, with the monitor that watches it.
 pub trait Machine: Netlist + Block<In = Frame, Out: Signals> {
     /// Watches it.
     type Monitor: Monitor<Self>;
+    /// How it makes colours.
+    const ARITHMETIC: Arithmetic;
     /// What the outside sees.
     fn ports(out: &Self::Out) -> Ports;
     /// The screen.

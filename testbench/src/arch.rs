@@ -7,7 +7,7 @@ use crate::source::Source;
 use crate::stimulus::Stimulus;
 use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
-use pellucid_hw::machine::{Census, Check, Machine, Tally};
+use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::params::{Param, ParamError, Parameters, Preset, Value, did_you_mean, nearest};
 use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_hw::rbuffer::RBuffer;
@@ -196,6 +196,8 @@ pub struct Outcome {
 pub trait Runnable: Send + Sync {
     /// Its parameters' final values.
     fn values(&self) -> Vec<(&'static str, Value)>;
+    /// How it makes colours.
+    fn arithmetic(&self) -> Arithmetic;
     /// Runs one frame.
     ///
     /// # Errors
@@ -232,6 +234,10 @@ where
 {
     fn values(&self) -> Vec<(&'static str, Value)> {
         self.values.clone()
+    }
+
+    fn arithmetic(&self) -> Arithmetic {
+        M::ARITHMETIC
     }
 
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {

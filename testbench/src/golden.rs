@@ -9,13 +9,17 @@
 //! 3. Those that count are blended far to near; at equal depth the earlier arrival is blended first.
 //! 4. A blend is `c' = (a*s + (255-a)*c) / 255` per channel, rounded to nearest at each step.
 //!
+//! A machine may make its colours by another arithmetic than this blend. For such a one the golden model
+//! gives a second image, by that arithmetic, and says how far it may be from the first: see [`weights`].
+//!
 //! Memory: 12 bytes per pixel, and 12 bytes per transparent fragment that lies in front of the opaque
 //! depth at its arrival (one that does not can never come to count, since that depth only decreases).
 
-use pellucid_hw::pixel::{Fragment, Z_FAR};
+pub mod weights;
 
 use crate::image::Image;
-use pellucid_hw::pixel::Screen;
+use pellucid_hw::machine::Arithmetic;
+use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 
 /// No record: the end of a pixel's chain. It bounds the records, whose indices are below it.
 const NONE: u32 = u32::MAX;
@@ -63,7 +67,8 @@ struct Record {
     rgba: u32,
 }
 
-/// A record that counts, to be put in blending order.
+/// A record that counts.
+#[derive(Clone, Copy, Debug)]
 struct Layer {
     /// Number of the pixel in its group.
     pixel: u32,
@@ -85,6 +90,8 @@ struct Pixel {
 /// The golden model of one frame: takes fragments in arrival order, then gives the [`Reference`].
 pub struct Golden {
     info: Screen,
+    /// Whether the image by weights is wanted too.
+    weighted: bool,
     pixels: Vec<Pixel>,
     blocks: Vec<Vec<Record>>,
     /// Records in `blocks`.
@@ -94,11 +101,13 @@ pub struct Golden {
     opaque: u64,
 }
 
-/// The exact image of a frame, and what every exact architecture must count.
+/// The exact image of a frame, and what every architecture must count.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
-    /// The image.
+    /// The image by the exact blend.
     pub image: Image,
+    /// The image by [`Arithmetic::Weights`], if the golden model was made [`Golden::with`] it.
+    pub weighted: Option<Image>,
     /// Fragments that arrived.
     pub fragments: u64,
     /// Of these, with alpha 255.
@@ -126,12 +135,35 @@ pub struct Reference {
     pub stored_histogram: Vec<u64>,
 }
 
+impl Reference {
+    /// The image that a machine of that arithmetic must give, bit for bit.
+    ///
+    /// # Panics
+    /// The golden model was made without that arithmetic.
+    pub fn image_by(&self, arithmetic: Arithmetic) -> &Image {
+        match (arithmetic, &self.weighted) {
+            (Arithmetic::Blend, _) => &self.image,
+            (Arithmetic::Weights, Some(image)) => image,
+            (Arithmetic::Weights, None) => panic!("the golden model was made without weights"),
+        }
+    }
+}
+
+/// How far a channel of a pixel with `layers` blended fragments may be from the exact blend, in levels.
+pub fn error_bound(arithmetic: Arithmetic, layers: u32) -> u32 {
+    match arithmetic {
+        Arithmetic::Blend => 0,
+        Arithmetic::Weights => weights::error_bound(layers),
+    }
+}
+
 impl Golden {
-    /// An empty frame.
+    /// An empty frame, of which the exact image is wanted.
     pub fn new(info: Screen) -> Golden {
         let clear = Pixel { z: Z_FAR, colour: info.background, latest: NONE };
         Golden {
             info,
+            weighted: false,
             pixels: vec![clear; info.width as usize * info.height as usize],
             blocks: Vec::new(),
             stored: 0,
@@ -139,6 +171,12 @@ impl Golden {
             fragments: 0,
             opaque: 0,
         }
+    }
+
+    /// The same, with the image by `arithmetic` beside the exact one.
+    #[must_use]
+    pub fn with(self, arithmetic: Arithmetic) -> Golden {
+        Golden { weighted: self.weighted || arithmetic == Arithmetic::Weights, ..self }
     }
 
     /// Takes the next fragment in arrival order.
@@ -182,6 +220,7 @@ impl Golden {
     /// Blends every pixel and counts.
     pub fn finish(self) -> Reference {
         let mut colours = Vec::with_capacity(self.pixels.len());
+        let mut weighted = Vec::with_capacity(if self.weighted { self.pixels.len() } else { 0 });
         let mut layers_of = Vec::with_capacity(self.pixels.len());
         let mut layer_histogram = vec![0];
         let mut stored_histogram = vec![0];
@@ -189,11 +228,16 @@ impl Golden {
         let mut layers = Vec::new();
         for group in self.pixels.chunks(GROUP) {
             let stored = self.layers(group, &mut layers);
-            let mut rest = &layers[..];
+            let mut rest = &mut layers[..];
             for ((number, pixel), stored) in (0..).zip(group).zip(stored) {
                 let own = rest.iter().take_while(|layer| layer.pixel == number);
-                let (own, others) = rest.split_at(own.count());
+                let (own, others) = rest.split_at_mut(own.count());
                 rest = others;
+                if self.weighted {
+                    weighted.push(weights::colour(own, pixel.colour));
+                }
+                // The sort is stable, so equal depths keep arrival order.
+                own.sort_by_key(|layer| Z_FAR - layer.z);
                 colours
                     .push(own.iter().fold(pixel.colour, |below, layer| blend(layer.rgba, below)));
                 blended += own.len() as u64;
@@ -203,8 +247,10 @@ impl Golden {
             }
         }
         let transparent = self.fragments - self.opaque;
+        let image = |pixels| Image { width: self.info.width, height: self.info.height, pixels };
         Reference {
-            image: Image { width: self.info.width, height: self.info.height, pixels: colours },
+            image: image(colours),
+            weighted: self.weighted.then(|| image(weighted)),
             fragments: self.fragments,
             opaque: self.opaque,
             transparent,
@@ -220,7 +266,7 @@ impl Golden {
         }
     }
 
-    /// Fills `layers` with the records that count, pixel by pixel in blending order. Returns how many each stored.
+    /// Fills `layers` with the records that count, pixel by pixel in arrival order. Returns how many each stored.
     fn layers(&self, group: &[Pixel], layers: &mut Vec<Layer>) -> [usize; GROUP] {
         layers.clear();
         let mut stored = [0; GROUP];
@@ -239,9 +285,9 @@ impl Golden {
                 *index != NONE
             });
         }
-        // A chain runs from the latest to the earliest; the sort is stable, so equal depths keep arrival order.
+        // A chain runs from the latest to the earliest; the sort is stable, so each pixel keeps arrival order.
         layers.reverse();
-        layers.sort_by_key(|layer| u64::from(layer.pixel) << 32 | u64::from(Z_FAR - layer.z));
+        layers.sort_by_key(|layer| layer.pixel);
         stored
     }
 }

@@ -4,7 +4,7 @@ use super::config::Config;
 use super::{Out, RBuffer, State};
 use crate::blender::Sorted;
 use crate::machine::{
-    Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
     memory_tallies, seen, waits,
 };
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
@@ -73,6 +73,7 @@ impl RBufferMonitor {
 
 impl Machine for RBuffer {
     type Monitor = RBufferMonitor;
+    const ARITHMETIC: Arithmetic = Arithmetic::Blend;
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {

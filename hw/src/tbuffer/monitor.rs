@@ -7,7 +7,7 @@ use super::{Out, State};
 use crate::allocator::Allocator;
 use crate::blender::Sorted;
 use crate::machine::{
-    Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
     memory_tallies, seen, waits,
 };
 use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
@@ -202,6 +202,7 @@ impl TBufferMonitor {
 
 impl<A: Allocator> Machine for TBuffer<A> {
     type Monitor = TBufferMonitor;
+    const ARITHMETIC: Arithmetic = Arithmetic::Blend;
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {

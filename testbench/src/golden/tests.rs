@@ -274,4 +274,40 @@ proptest! {
         by_pixel.sort_by_key(|f| (f.y, f.x)); // stable: the order within a pixel stays
         prop_assert_eq!(run(info, &fragments), run(info, &by_pixel));
     }
+
+    #[test]
+    fn the_weighted_image_is_of_the_layers_that_count_in_arrival_order(
+        fragments in prop::collection::vec(any_fragment(), 0..80),
+        background in 0..1_u32 << 24,
+    ) {
+        let info = Screen { width: 3, height: 2, background };
+        let mut golden = Golden::new(info).with(Arithmetic::Weights);
+        for &fragment in &fragments {
+            golden.push(fragment).unwrap();
+        }
+        let reference = golden.finish();
+        let plain = run(info, &fragments);
+        prop_assert_eq!(reference.image_by(Arithmetic::Blend), plain.image_by(Arithmetic::Blend));
+        prop_assert_eq!(&Reference { weighted: None, ..reference.clone() }, &plain);
+        let image = reference.image_by(Arithmetic::Weights);
+        for (pixel, &colour) in image.pixels.iter().enumerate() {
+            let (x, y) = (pixel as u32 % 3, pixel as u32 / 3);
+            let here: Vec<&Fragment> = fragments.iter().filter(|f| (f.x, f.y) == (x, y)).collect();
+            let opaque = here.iter().filter(|f| f.is_opaque()).min_by_key(|f| f.z);
+            let opaque = opaque.filter(|f| f.z < Z_FAR);
+            let (depth, below) = opaque.map_or((Z_FAR, background), |f| (f.z, f.rgba >> 8));
+            let layers: Vec<Layer> = here
+                .iter()
+                .filter(|f| !f.is_opaque() && f.z < depth)
+                .map(|f| Layer { pixel: 0, z: f.z, rgba: f.rgba })
+                .collect();
+            prop_assert_eq!(colour, weights::colour(&layers, below));
+        }
+    }
+}
+
+#[test]
+#[should_panic = "without weights"]
+fn a_weighted_image_that_was_not_asked_for_is_not_there() {
+    run(BLACK, &[]).image_by(Arithmetic::Weights);
 }
