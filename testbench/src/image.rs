@@ -19,9 +19,10 @@ pub struct Image {
 /// How far two images are apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Difference {
-    /// Pixels that differ in any channel, or that only one of the images has.
+    /// Pixels that differ in any channel by more than is allowed, or that only one of the images has.
     pub mismatched_pixels: u64,
-    /// Largest absolute difference of a channel, 0 to 255; 255 for a pixel that only one image has.
+    /// Largest absolute difference of a channel among them, 0 to 255; 255 for a pixel that only one image
+    /// has.
     pub max_error: u32,
     /// `(x, y)` of the first mismatched pixel, row by row from the top.
     pub first: Option<(u32, u32)>,
@@ -76,15 +77,23 @@ impl Image {
 
     /// Compares two images pixel by pixel. Their sizes may differ: a pixel that only one has is a mismatch.
     pub fn compare(&self, other: &Image) -> Difference {
+        self.compare_within(other, |_, _| 0)
+    }
+
+    /// The same, but that a channel of the pixel `x, y` may differ by `allowed(x, y)`.
+    pub fn compare_within(&self, other: &Image, allowed: impl Fn(u32, u32) -> u32) -> Difference {
         let mut difference = Difference::default();
         for y in 0..self.height.max(other.height) {
             for x in 0..self.width.max(other.width) {
-                let error = match (self.get(x, y), other.get(x, y)) {
-                    (Some(a), Some(b)) => pixel_error(a, b),
-                    (None, None) => 0,
-                    _ => 255,
+                let (error, differs) = match (self.get(x, y), other.get(x, y)) {
+                    (Some(a), Some(b)) => {
+                        let error = pixel_error(a, b);
+                        (error, error > 0 && error > allowed(x, y))
+                    }
+                    (None, None) => (0, false),
+                    _ => (255, true),
                 };
-                if error > 0 {
+                if differs {
                     difference.mismatched_pixels += 1;
                     difference.max_error = difference.max_error.max(error);
                     difference.first.get_or_insert((x, y));
@@ -132,6 +141,17 @@ mod tests {
             Difference { mismatched_pixels: 2, max_error: 99, first: Some((1, 0)) }
         );
         assert_eq!(a.compare(&b), b.compare(&a));
+    }
+
+    #[test]
+    fn what_is_allowed_is_no_difference() {
+        let a = image(2, 2, &[0x000000, 0x000000, 0x000000, 0x000000]);
+        let b = image(2, 2, &[0x000100, 0x020000, 0x000003, 0x000400]);
+        // Two are allowed on the left, three on the right: (0,1) and (1,1) differ by more.
+        assert_eq!(
+            a.compare_within(&b, |x, _| 2 + x),
+            Difference { mismatched_pixels: 2, max_error: 4, first: Some((0, 1)) }
+        );
     }
 
     #[test]
