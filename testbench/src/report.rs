@@ -138,10 +138,12 @@ impl Report {
         let bits = tally.memories.iter().map(|m| memory_values(m)[5]).sum();
         add("storage", "bits", n(bits), "bits", "All memories of the model together.");
         let image = &verdict.image;
-        let about = "Pixels that differ from the golden model.";
+        let about = "Pixels that differ from the exact blend.";
         add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);
         let about = "The largest difference of a channel, 0 to 255.";
         add("image", "max_error", n(image.max_error.into()), "levels", about);
+        let about = "The largest difference that the architecture's arithmetic allows, 0 to 255.";
+        add("image", "error_bound", n(verdict.error_bound.into()), "levels", about);
         for f in &tally.own {
             add(arch, f.name, n(f.value), f.unit, f.about);
         }
@@ -353,13 +355,15 @@ fn stream_json(stream: &StreamTally) -> Json {
 mod tests {
     use super::*;
     use crate::golden::Golden;
+    use pellucid_hw::machine::Arithmetic;
 
     #[test]
     fn a_table_keeps_to_its_width() {
         let screen = Screen { width: 4, height: 3, background: 0 };
         let reference = Golden::new(screen).finish();
         let tally = Tally::default();
-        let verdict = Verdict::new(&reference, &reference.image, &tally, vec![]);
+        let image = &reference.image;
+        let verdict = Verdict::new(&reference, Arithmetic::Blend, image, &tally, vec![]);
         let report = Report::new("tbuffer", "glass", vec![], screen, &reference, tally, &verdict);
         let short = "Fragments of the frame.";
         let long = "Transparent fragments for which there was no place: the image lacks them.";

@@ -1,15 +1,25 @@
 //! The scoreboard: holds a run to the golden model, to the conservation of fragments and to the
 //! closed forms.
 
-use crate::golden::Reference;
+use crate::golden::{Reference, error_bound};
 use crate::image::{Difference, Image};
-use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::machine::{Arithmetic, Check, Tally};
 
 /// The judgement of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// How far the image is from the golden model's.
+    /// How the machine makes colours.
+    pub arithmetic: Arithmetic,
+    /// How far the image is from the exact blend.
     pub image: Difference,
+    /// How far the image is from the golden model of the machine's arithmetic.
+    pub golden: Difference,
+    /// How far the image is from the exact blend, in those pixels alone in which it is farther than the
+    /// arithmetic allows.
+    pub beyond: Difference,
+    /// How far the arithmetic allows a channel to be from the exact blend, in levels: that of the pixel
+    /// with the most layers.
+    pub error_bound: u32,
     /// Fragments for which the machine had no place.
     pub dropped: u64,
     /// Why it has none for them.
@@ -18,10 +28,22 @@ pub struct Verdict {
     pub wrong: Vec<Check>,
 }
 
+/// Pixels that differ, as the end of a sentence; nothing if there is none. `how` says from what.
+fn told(difference: &Difference, how: &str) -> Option<String> {
+    let Difference { mismatched_pixels: pixels, max_error: most, first } = difference;
+    first
+        .map(|(x, y)| format!("{pixels} pixels {how}, by {most} at most, the first at x={x} y={y}"))
+}
+
 impl Verdict {
-    /// Judges a run of one frame. `closed_forms` are those of its architecture.
+    /// Judges a run of one frame by a machine of that arithmetic. `closed_forms` are those of its
+    /// architecture.
+    ///
+    /// # Panics
+    /// The golden model was made without that arithmetic.
     pub fn new(
         reference: &Reference,
+        arithmetic: Arithmetic,
         image: &Image,
         tally: &Tally,
         closed_forms: Vec<Check>,
@@ -43,39 +65,71 @@ impl Verdict {
             checks.push(check("fragments culled", reference.culled, f.culled));
             checks.extend(closed_forms);
         }
+        let allowed = |x: u32, y: u32| {
+            let pixel = y as usize * reference.image.width as usize + x as usize;
+            error_bound(arithmetic, reference.layers[pixel])
+        };
         Verdict {
+            arithmetic,
             image: image.compare(&reference.image),
+            golden: image.compare(reference.image_by(arithmetic)),
+            beyond: image.compare_within(&reference.image, allowed),
+            error_bound: error_bound(arithmetic, reference.max_layers),
             dropped: f.dropped,
             dropped_since: tally.dropped_since,
             wrong: checks.into_iter().filter(|c| c.expected != c.found).collect(),
         }
     }
 
+    /// Whether the image is the one that the machine's arithmetic makes of all fragments.
+    fn image_is_right(&self) -> bool {
+        self.golden.mismatched_pixels == 0 && self.beyond.mismatched_pixels == 0
+    }
+
     /// Whether the image and all counts are what they must be.
-    pub fn is_exact(&self) -> bool {
-        self.dropped == 0 && self.image.mismatched_pixels == 0 && self.wrong.is_empty()
+    pub fn is_right(&self) -> bool {
+        self.dropped == 0 && self.image_is_right() && self.wrong.is_empty()
     }
 
     /// Whether the run is right but for fragments that it dropped and said so.
-    pub fn is_exact_but_for_drops(&self) -> bool {
-        self.wrong.is_empty() && (self.dropped > 0 || self.image.mismatched_pixels == 0)
+    pub fn is_right_but_for_drops(&self) -> bool {
+        self.wrong.is_empty() && (self.dropped > 0 || self.image_is_right())
+    }
+
+    /// What is right, in a sentence; nothing if there is a fault.
+    pub fn approval(&self) -> Option<String> {
+        let Difference { mismatched_pixels, max_error, .. } = self.image;
+        self.is_right().then(|| match self.arithmetic {
+            Arithmetic::Blend => {
+                "The image equals the golden model's, bit for bit, and every count its closed form."
+                    .to_string()
+            }
+            Arithmetic::Weights => format!(
+                "The image equals the golden model of its weighted sum, bit for bit, {mismatched_pixels} \
+                 pixels differ from the exact blend by {max_error} levels at most (allowed: {}), and every \
+                 count equals its closed form.",
+                self.error_bound
+            ),
+        })
     }
 
     /// One sentence per fault; empty if there is none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
-        let difference = self.image.first.map(|(x, y)| {
-            format!(
-                "{} pixels differ from the golden model, by {} at most, the first at x={x} y={y}",
-                self.image.mismatched_pixels, self.image.max_error
-            )
-        });
+        let (golden, beyond) = match self.arithmetic {
+            // Both would say the same.
+            Arithmetic::Blend => (told(&self.golden, "differ from the golden model"), None),
+            Arithmetic::Weights => (
+                told(&self.golden, "differ from the golden model of the weighted sum"),
+                told(&self.beyond, "are farther from the exact blend than the weighted sum allows"),
+            ),
+        };
         if self.dropped > 0 {
-            let difference = difference.map(|text| format!("; {text}")).unwrap_or_default();
+            let difference = golden.map(|text| format!("; {text}")).unwrap_or_default();
             let (dropped, since) = (self.dropped, self.dropped_since);
             faults.push(format!("{dropped} fragments were dropped, {since}{difference}"));
         } else {
-            faults.extend(difference);
+            faults.extend(golden.into_iter().chain(beyond));
         }
         for Check { what, expected, found } in &self.wrong {
             faults.push(format!("{what}: expected {expected}, the run counted {found}"));
@@ -83,3 +137,6 @@ impl Verdict {
         faults
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,6 @@
 //! A trial: one scene through one machine, held to the golden model.
 
-use crate::arch::{Job, Runnable};
+use crate::arch::{Job, Outcome, Runnable};
 use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
@@ -9,7 +9,7 @@ use crate::report::Report;
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::window::Window;
-use pellucid_hw::machine::Census;
+use pellucid_hw::machine::{Arithmetic, Census};
 use std::path::PathBuf;
 
 /// A scene, and what the golden model says of it.
@@ -18,7 +18,7 @@ pub struct Case {
     pub scene: String,
     /// Its fragments.
     pub source: Source,
-    /// What every exact machine must give.
+    /// What machines must give.
     pub reference: Reference,
 }
 
@@ -44,12 +44,18 @@ pub enum CaseError {
 }
 
 impl Case {
-    /// Plays the scene to the golden model.
+    /// Plays the scene to the golden model, for machines of the given arithmetics.
     ///
     /// # Errors
     /// The frame cannot be read, or has more fragments than the golden model holds.
-    pub fn new(scene: &str, source: Source, progress: &mut Progress) -> Result<Case, CaseError> {
-        let mut golden = Golden::new(source.screen());
+    pub fn new(
+        scene: &str,
+        source: Source,
+        arithmetics: impl IntoIterator<Item = Arithmetic>,
+        progress: &mut Progress,
+    ) -> Result<Case, CaseError> {
+        let golden = Golden::new(source.screen());
+        let mut golden = arithmetics.into_iter().fold(golden, Golden::with);
         source.play::<CaseError>(&mut |fragment| {
             progress.step();
             Ok(golden.push(fragment)?)
@@ -62,6 +68,9 @@ impl Case {
     ///
     /// # Errors
     /// See [`BenchError`].
+    ///
+    /// # Panics
+    /// The case is not for machines of that arithmetic.
     pub fn run(
         &self,
         arch: &'static str,
@@ -74,10 +83,11 @@ impl Case {
         let histogram = reference.stored_histogram.clone();
         let census = Census { stored: reference.stored, histogram };
         let closed_forms = machine.closed_forms(&outcome.tally, &census);
-        let verdict = Verdict::new(reference, &outcome.image, &outcome.tally, closed_forms);
+        let Outcome { image, tally } = outcome;
+        let arithmetic = machine.arithmetic();
+        let verdict = Verdict::new(reference, arithmetic, &image, &tally, closed_forms);
         let values = machine.values();
-        let tally = outcome.tally;
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
-        Ok(Trial { image: outcome.image, verdict, report })
+        Ok(Trial { image, verdict, report })
     }
 }

@@ -1,9 +1,9 @@
 //! `pellucid compare`: several machines on several scenes, side by side.
 
 use super::machine::Choice;
-use super::{DEFAULT_SCENE, INEXACT, ViewArgs, finished, passes, quoted, say};
+use super::{DEFAULT_SCENE, NOT_RIGHT, ViewArgs, finished, passes, quoted, say};
 use crate::arch::Runnable;
-use crate::compare::{Compared, Comparison, EXACT};
+use crate::compare::{Compared, Comparison};
 use crate::output::create_dir;
 use crate::progress::Progress;
 use crate::source::Source;
@@ -53,7 +53,7 @@ impl Planned<'_> {
     }
 }
 
-/// Compares; whether every result is exact.
+/// Compares; whether every result is right.
 pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     let choices = choices(args)?;
     once("--scene", &args.scene)?;
@@ -74,7 +74,11 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     };
     let cases: Vec<Result<Case, CaseError>> = sources
         .into_par_iter()
-        .map(|(scene, source)| Case::new(scene, source, &mut progress(scene, "golden model", None)))
+        .zip(&machines)
+        .map(|((scene, source), machines)| {
+            let arithmetics = machines.iter().map(|machine| machine.arithmetic());
+            Case::new(scene, source, arithmetics, &mut progress(scene, "golden model", None))
+        })
         .collect();
     let cases: Vec<Case> = cases.into_iter().collect::<Result<_, _>>()?;
     let planned: Vec<Planned> = cases
@@ -167,8 +171,8 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
 
 /// Whether all is right, and where everything is.
 fn summary(args: &CompareArgs, comparison: &Comparison) -> String {
-    let exact = if comparison.is_exact() { EXACT } else { INEXACT };
-    let mut text = format!("{exact}\n\n");
+    let result = comparison.approval().unwrap_or(NOT_RIGHT);
+    let mut text = format!("{result}\n\n");
     for (name, what) in [
         ("compare.html", "the figures with plots and images, for a browser"),
         ("compare.json", "the figures, with unit and meaning of each"),

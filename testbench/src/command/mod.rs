@@ -1,6 +1,6 @@
 //! The command line: what is asked, and the exit status.
 //!
-//! 0: done and exact. 1: the run's result is wrong or lossy. 2: bad input or usage. 130: stopped by a
+//! 0: done and right. 1: the run's result is wrong or lossy. 2: bad input or usage. 130: stopped by a
 //! signal; what was not complete has been removed.
 
 mod area;
@@ -31,7 +31,7 @@ const BAD_INPUT: u8 = 2;
 const STOPPED: i32 = 130;
 
 /// What the help says of the exit status.
-const STATUS: &str = "Exit status: 0 done and exact, 1 the run's result is wrong or lossy, 2 bad input \
+const STATUS: &str = "Exit status: 0 done and right, 1 the run's result is wrong or lossy, 2 bad input \
                       or usage, 130 stopped by a signal";
 
 /// Clocked hardware models for order-independent transparency.
@@ -64,8 +64,8 @@ enum Command {
     List(list::ListArgs),
 }
 
-/// What is said of a result that is not exact.
-const INEXACT: &str = "The result is not exact: see what is said on standard error.";
+/// What is said of a result that is not right.
+const NOT_RIGHT: &str = "The result is wrong or lossy: see what is said on standard error.";
 
 /// The scene where none is named.
 const DEFAULT_SCENE: &str = "glass";
@@ -178,11 +178,11 @@ fn finished<T>(done: Result<T, BenchError>, about: &str) -> anyhow::Result<Optio
 
 /// Tells what is wrong with a run, with `about` before each fault; whether it passes.
 fn passes(verdict: &Verdict, allow_drops: bool, about: &str) -> bool {
-    let allowed = allow_drops && verdict.is_exact_but_for_drops();
+    let allowed = allow_drops && verdict.is_right_but_for_drops();
     for fault in verdict.faults() {
         tell(&format!("{}: {about}{fault}", if allowed { "warning" } else { "error" }));
     }
-    verdict.is_exact() || allowed
+    verdict.is_right() || allowed
 }
 
 /// A word as a shell takes it.

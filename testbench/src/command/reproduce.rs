@@ -75,20 +75,24 @@ fn tbuffer(args: &ReproduceArgs) -> anyhow::Result<bool> {
     Ok(exact)
 }
 
-/// One frame through the machines, and whether all are exact; nothing if a model is at fault.
+/// One frame through the machines, and whether all is right; nothing if a model is at fault.
 fn frame(name: &str, bars: &MultiProgress, quiet: bool) -> anyhow::Result<Option<(Frame, bool)>> {
     let progress = |what, total| Progress::among(bars, name.to_string(), what, total, quiet);
     let source = Source::open(name, &Options::default())?;
-    let case = Case::new(name, source, &mut progress("golden model", None))?;
-    let screen = case.source.screen();
-    let mut passed = true;
-    let mut trials: Vec<Trial> = vec![];
+    let screen = source.screen();
+    let mut machines = vec![];
     for (arch, preset) in MACHINES {
         let arch = Architecture::named(arch)?;
-        let machine = arch.build(screen, Some(preset), &[])?;
+        machines.push((arch, arch.build(screen, Some(preset), &[])?));
+    }
+    let arithmetics = machines.iter().map(|(_, machine)| machine.arithmetic());
+    let case = Case::new(name, source, arithmetics, &mut progress("golden model", None))?;
+    let mut passed = true;
+    let mut trials: Vec<Trial> = vec![];
+    for (arch, machine) in &machines {
         let mut progress = progress("simulating", Some(case.reference.fragments));
         let about = format!("{} on {name}: ", arch.name);
-        let done = case.run(arch.name, &*machine, None, &mut progress);
+        let done = case.run(arch.name, &**machine, None, &mut progress);
         let Some(trial) = finished(done, &about)? else { return Ok(None) };
         passed &= passes(&trial.verdict, false, &about);
         trials.push(trial);

@@ -1,7 +1,7 @@
 //! `pellucid run`: one frame through one architecture.
 
 use super::machine::MachineArgs;
-use super::{INEXACT, SceneArgs, finished, passes, say};
+use super::{NOT_RIGHT, SceneArgs, finished, passes, say};
 use crate::output::create_dir;
 use crate::progress::Progress;
 use crate::scoreboard::Verdict;
@@ -38,7 +38,7 @@ pub(super) struct RunArgs {
     json: bool,
 }
 
-/// Runs; whether the result is exact.
+/// Runs; whether the result is right.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
     let source = args.scene.open()?;
@@ -47,7 +47,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     create_dir(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);
-    let case = Case::new(&args.scene.scene, source, &mut progress)?;
+    let case = Case::new(&args.scene.scene, source, [machine.arithmetic()], &mut progress)?;
     let wave = (!args.no_wave).then(|| {
         let windows =
             if args.wave.is_empty() { DEFAULT_WINDOWS.to_vec() } else { args.wave.clone() };
@@ -72,11 +72,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
 
 /// Where everything is, and whether it is right.
 fn summary(args: &RunArgs, verdict: &Verdict) -> String {
-    let exact = if verdict.is_exact() {
-        "The image equals the golden model's, bit for bit, and every count its closed form."
-    } else {
-        INEXACT
-    };
+    let result = verdict.approval().unwrap_or(NOT_RIGHT.to_string());
     let mut files = vec![
         ("image.png", "the image"),
         ("stats.json", "the figures, with unit and meaning of each"),
@@ -85,7 +81,7 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
     if !args.no_wave {
         files.push(("wave.vcd", "the waveform, for GTKWave or Surfer"));
     }
-    let mut text = format!("{exact}\n\n");
+    let mut text = format!("{result}\n\n");
     for (name, what) in files {
         text += &format!("  {:32} {what}\n", args.out.join(name).display());
     }

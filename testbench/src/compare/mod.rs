@@ -6,17 +6,15 @@ mod plots;
 
 use crate::output::{OutputError, put};
 use crate::report::{Entry, align_right, at_margin, csv_text, grouped, nest};
+use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
 use comfy_table::{Table, presets};
+use pellucid_hw::machine::Arithmetic;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
-/// What is said if every run is exact.
-pub const EXACT: &str =
-    "Every image equals the golden model's, bit for bit, and every count its closed form.";
-
 /// The figures that are compared: group and name. Each is one of a run's report.
-const FIGURES: [(&str, &str); 14] = [
+const FIGURES: [(&str, &str); 15] = [
     ("cycles", "total"),
     ("cycles", "store"),
     ("cycles", "resolve"),
@@ -31,6 +29,7 @@ const FIGURES: [(&str, &str); 14] = [
     ("fragments", "dropped"),
     ("image", "mismatched_pixels"),
     ("image", "max_error"),
+    ("image", "error_bound"),
 ];
 
 /// See the module's description.
@@ -73,9 +72,16 @@ impl Compared {
 }
 
 impl Comparison {
-    /// Whether every run is exact.
-    pub fn is_exact(&self) -> bool {
-        self.scenes.iter().flat_map(|scene| &scene.trials).all(|trial| trial.verdict.is_exact())
+    /// What is right, in a sentence; nothing if a run has a fault.
+    pub fn approval(&self) -> Option<&'static str> {
+        let verdicts = || self.runs().map(|(_, _, trial)| &trial.verdict);
+        let blends = verdicts().all(|verdict| verdict.arithmetic == Arithmetic::Blend);
+        verdicts().all(Verdict::is_right).then_some(if blends {
+            "Every image equals the golden model's, bit for bit, and every count its closed form."
+        } else {
+            "Every image equals the golden model of its machine's arithmetic, bit for bit, no weighted sum is \
+             farther from the exact blend than is allowed, and every count equals its closed form."
+        })
     }
 
     /// Every fault: machine, scene and sentence.

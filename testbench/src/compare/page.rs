@@ -100,12 +100,12 @@ pub(super) fn page(comparison: &Comparison) -> io::Result<String> {
 
 /// What is wrong.
 fn faults(comparison: &Comparison) -> String {
-    if comparison.is_exact() {
-        return format!("<p>{}</p>\n", super::EXACT);
+    if let Some(sentence) = comparison.approval() {
+        return format!("<p>{sentence}</p>\n");
     }
     let faults: Vec<String> =
         comparison.faults().map(|fault| format!("<li>{}</li>\n", escaped(&fault))).collect();
-    format!("<p>Not every result is exact:</p>\n<ul>\n{}</ul>\n", faults.concat())
+    format!("<p>Not every result is right:</p>\n<ul>\n{}</ul>\n", faults.concat())
 }
 
 /// The machines' parameters.
@@ -183,7 +183,7 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
         number(reference.transparent),
         number(reference.culled),
     );
-    text += &figure(&reference.image, "The image by the golden model.")?;
+    text += &figure(&reference.image, "The image by the golden model: the exact blend.")?;
     let runs = comparison.machines.iter().zip(&scene.trials);
     let (same, different): (Vec<_>, Vec<_>) =
         runs.partition(|(_, trial)| trial.verdict.image.mismatched_pixels == 0);

@@ -33,7 +33,7 @@ const BOTH: [&str; 8] = [
 ];
 
 /// What is compared, besides the stalls that a run gives stream by stream.
-const FIGURES: [&str; 13] = [
+const FIGURES: [&str; 14] = [
     "cycles.total",
     "cycles.store",
     "cycles.resolve",
@@ -47,6 +47,7 @@ const FIGURES: [&str; 13] = [
     "fragments.dropped",
     "image.mismatched_pixels",
     "image.max_error",
+    "image.error_bound",
 ];
 
 #[test]

@@ -120,6 +120,7 @@ fn the_figures_have_their_keys_and_add_up() {
         "/storage/bits",
         "/image/mismatched_pixels",
         "/image/max_error",
+        "/image/error_bound",
     ] {
         let number = json.pointer(path).and_then(Value::as_u64);
         assert!(number.is_some(), "{path} is no whole number");

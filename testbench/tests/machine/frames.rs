@@ -112,6 +112,20 @@ impl<M: Tested> Setup<M> {
         Ok(Run { images, tally: bench.tally() })
     }
 
+    /// What the golden model says of a frame, for this machine's arithmetic.
+    pub fn golden(&self, frame: &[Fragment]) -> Reference {
+        let mut golden = Golden::new(self.screen()).with(M::ARITHMETIC);
+        for fragment in frame {
+            golden.push(*fragment).unwrap();
+        }
+        golden.finish()
+    }
+
+    /// The image that the machine must give of a frame.
+    pub fn golden_image(&self, frame: &[Fragment]) -> Image {
+        self.golden(frame).image_by(M::ARITHMETIC).clone()
+    }
+
     /// The image of one frame, or why there is none.
     pub fn image(&self, frame: &[Fragment]) -> Result<Image, TestCaseError> {
         Ok(tried(self.run(&[frame.to_vec()]))?.images.remove(0))
@@ -137,14 +151,6 @@ impl<M: Tested> Setup<M> {
 /// A run's error as a failed case, so that it shrinks.
 pub fn tried<T>(result: Result<T, BenchError>) -> Result<T, TestCaseError> {
     result.map_err(|error| TestCaseError::fail(error.to_string()))
-}
-
-pub fn golden(screen: Screen, frame: &[Fragment]) -> Reference {
-    let mut golden = Golden::new(screen);
-    for fragment in frame {
-        golden.push(*fragment).unwrap();
-    }
-    golden.finish()
 }
 
 pub fn census(reference: &Reference) -> Census {
@@ -187,6 +193,8 @@ pub fn stacked(references: &[Reference]) -> Reference {
         add(&mut sum.stored_histogram, &r.stored_histogram);
     }
     sum.image = stack(references.iter().map(|r| &r.image));
+    let weighted: Option<Vec<_>> = references.iter().map(|r| r.weighted.as_ref()).collect();
+    sum.weighted = weighted.map(stack);
     sum
 }
 
@@ -252,19 +260,18 @@ pub fn check_drops<M: Tested>(
     frame: &[Fragment],
     dropped: &[bool],
 ) -> Result<(), TestCaseError> {
-    let screen = setup.screen();
     let kept = frame.iter().zip(dropped).filter(|(_, dropped)| !**dropped);
     let kept: Vec<Fragment> = kept.map(|(fragment, _)| *fragment).collect();
     let count = (frame.len() - kept.len()) as u64;
     let run = tried(setup.run(&[frame.to_vec()]))?;
-    let (kept, all) = (golden(screen, &kept), golden(screen, frame));
+    let (kept, all) = (setup.golden(&kept), setup.golden(frame));
     prop_assert_eq!(run.tally.fragments.dropped, count);
     prop_assert_eq!(run.tally.fragments.stored, kept.stored);
-    prop_assert_eq!(&run.images[0], &kept.image);
+    prop_assert_eq!(&run.images[0], kept.image_by(M::ARITHMETIC));
     let forms = setup.closed_forms(&run.tally, std::slice::from_ref(&all));
-    let verdict = Verdict::new(&all, &run.images[0], &run.tally, forms);
-    prop_assert_eq!(verdict.is_exact(), count == 0);
-    prop_assert!(verdict.is_exact_but_for_drops(), "{:?}", verdict.faults());
+    let verdict = Verdict::new(&all, M::ARITHMETIC, &run.images[0], &run.tally, forms);
+    prop_assert_eq!(verdict.is_right(), count == 0);
+    prop_assert!(verdict.is_right_but_for_drops(), "{:?}", verdict.faults());
     Ok(())
 }
 
@@ -274,6 +281,7 @@ macro_rules! properties {
         mod properties {
             use super::*;
             use crate::frames::*;
+            use pellucid_hw::machine::Machine;
             use pellucid_hw::pixel::{Fragment, Marked, Z_FAR};
             use pellucid_sim::Stream;
             use pellucid_testbench::bench::Bench;
@@ -283,12 +291,14 @@ macro_rules! properties {
                 #![proptest_config(ProptestConfig::with_cases(128))]
 
                 #[test]
-                fn random_frames_are_exact((setup, frames) in some_frames::<$machine>()) {
-                    let references: Vec<_> = frames.iter().map(|f| golden(setup.screen(), f)).collect();
+                fn random_frames_are_right((setup, frames) in some_frames::<$machine>()) {
+                    let references: Vec<_> = frames.iter().map(|f| setup.golden(f)).collect();
                     let run = tried(setup.run(&frames))?;
                     let forms = setup.closed_forms(&run.tally, &references);
-                    let verdict = Verdict::new(&stacked(&references), &stack(&run.images), &run.tally, forms);
-                    prop_assert!(verdict.is_exact(), "{:?}", verdict.faults());
+                    let (all, image) = (stacked(&references), stack(&run.images));
+                    let arithmetic = <$machine as Machine>::ARITHMETIC;
+                    let verdict = Verdict::new(&all, arithmetic, &image, &run.tally, forms);
+                    prop_assert!(verdict.is_right(), "{:?}", verdict.faults());
                 }
 
                 /// In the middle of storing, resolving or showing: nothing of that frame is left.
@@ -308,7 +318,7 @@ macro_rules! properties {
                         tried(bench.send(Marked::item(*fragment)))?;
                     }
                     tried(bench.end_frame())?;
-                    prop_assert_eq!(&bench.take_images()[..], &[golden(setup.screen(), &frame).image]);
+                    prop_assert_eq!(&bench.take_images()[..], &[setup.golden_image(&frame)]);
                 }
 
                 #[test]
@@ -353,16 +363,16 @@ macro_rules! properties {
 }
 pub(crate) use properties;
 
-/// The frame through the machine of a preset; the run must be exact.
+/// The frame through the machine of a preset; the run must be right.
 pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Tally {
     let mut progress = Progress::new("", None, true);
     let source = Source::open(scene, options).unwrap();
-    let case = Case::new(scene, source, &mut progress).unwrap();
     let arch = Architecture::named(arch).unwrap();
-    let machine = arch.build(case.source.screen(), Some(preset), &[]).unwrap();
+    let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
+    let case = Case::new(scene, source, [machine.arithmetic()], &mut progress).unwrap();
     let trial = case.run(arch.name, &*machine, None, &mut progress).unwrap();
     let faults = trial.verdict.faults();
-    assert!(trial.verdict.is_exact(), "{scene}, {}, {preset}: {faults:?}", arch.name);
+    assert!(trial.verdict.is_right(), "{scene}, {}, {preset}: {faults:?}", arch.name);
     trial.report.tally().clone()
 }
 

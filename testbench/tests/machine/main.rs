@@ -13,17 +13,17 @@ fn everywhere(scene: &str) {
 }
 
 #[test]
-fn presets_are_exact_on_glass() {
+fn presets_are_right_on_glass() {
     everywhere("glass");
 }
 
 #[test]
-fn presets_are_exact_on_the_teapot() {
+fn presets_are_right_on_the_teapot() {
     everywhere("teapot");
 }
 
 #[test]
-fn presets_are_exact_on_a_scanned_mesh() {
+fn presets_are_right_on_a_scanned_mesh() {
     let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/meshes/dragon_vrip_res4.ply.gz");
     if Path::new(mesh).exists() {
         everywhere(mesh);

@@ -1,7 +1,7 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, check_drops, golden, one_frame, preset, properties,
+    ENOUGH, OverFrames, Setup, Tested, check_drops, one_frame, preset, properties,
 };
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Check, Tally};
@@ -121,8 +121,9 @@ fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
         })
         .collect();
     let cfg = Config::new(screen, Params::default()).unwrap();
-    let run = Setup::<Buffer>::free(cfg).run(std::slice::from_ref(&frame)).unwrap();
-    assert_eq!(run.images[0], golden(screen, &frame).image);
+    let setup = Setup::<Buffer>::free(cfg);
+    let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+    assert_eq!(run.images[0], setup.golden_image(&frame));
     assert_rate("stored", run.tally.fragments.stored, run.tally.cycles.store, 0.98);
 }
 

@@ -1,0 +1,145 @@
+use super::*;
+use crate::golden::Golden;
+use pellucid_hw::machine::Fragments;
+use pellucid_hw::pixel::{Fragment, Screen, rgba};
+
+const SCREEN: Screen = Screen { width: 3, height: 2, background: 0 };
+/// A pixel where the exact blend gives 1 and the weighted sum 0, see the golden model's tests.
+const APART: (u32, u32) = (1, 0);
+const AT: usize = 1;
+
+/// Two layers at one pixel, one at another, nothing at the others.
+fn reference() -> Reference {
+    let mut golden = Golden::new(SCREEN).with(Arithmetic::Weights);
+    let (x, y) = APART;
+    for fragment in [
+        Fragment { x, y, z: 20, rgba: rgba(1, 1, 1, 128) },
+        Fragment { x, y, z: 10, rgba: rgba(0, 0, 0, 2) },
+        Fragment { x: 0, y: 1, z: 5, rgba: rgba(200, 100, 0, 128) },
+    ] {
+        golden.push(fragment).unwrap();
+    }
+    golden.finish()
+}
+
+fn tally(dropped: u64) -> Tally {
+    let kept = 3 - dropped;
+    let fragments =
+        Fragments { arrived: 3, stored: kept, blended: kept, dropped, ..Fragments::default() };
+    Tally { fragments, dropped_since: "nothing was free", ..Tally::default() }
+}
+
+fn judged(arithmetic: Arithmetic, image: &Image, dropped: u64) -> Verdict {
+    Verdict::new(&reference(), arithmetic, image, &tally(dropped), vec![])
+}
+
+#[test]
+fn each_arithmetic_is_held_to_its_own_image() {
+    let reference = reference();
+    let blend = judged(Arithmetic::Blend, reference.image_by(Arithmetic::Blend), 0);
+    assert!(blend.is_right() && blend.is_right_but_for_drops());
+    assert_eq!(blend.faults(), [""; 0]);
+    assert_eq!(blend.error_bound, 0);
+    assert_eq!(
+        blend.approval().unwrap(),
+        "The image equals the golden model's, bit for bit, and every count its closed form."
+    );
+    let weights = judged(Arithmetic::Weights, reference.image_by(Arithmetic::Weights), 0);
+    assert!(weights.is_right() && weights.is_right_but_for_drops());
+    assert_eq!(weights.faults(), [""; 0]);
+    assert_eq!(weights.image.mismatched_pixels, 1);
+    assert_eq!(
+        weights.approval().unwrap(),
+        "The image equals the golden model of its weighted sum, bit for bit, 1 pixels differ from the \
+         exact blend by 1 levels at most (allowed: 1), and every count equals its closed form."
+    );
+}
+
+#[test]
+fn the_exact_blend_is_a_fault_of_a_weighted_sum() {
+    let verdict = judged(Arithmetic::Weights, reference().image_by(Arithmetic::Blend), 0);
+    assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
+    assert_eq!(verdict.approval(), None);
+    assert_eq!(verdict.image, Difference::default());
+    assert_eq!(
+        verdict.faults(),
+        [
+            "1 pixels differ from the golden model of the weighted sum, by 1 at most, the first at x=1 y=0"
+        ]
+    );
+}
+
+#[test]
+fn the_weighted_sum_is_a_fault_of_a_blend() {
+    let verdict = judged(Arithmetic::Blend, reference().image_by(Arithmetic::Weights), 0);
+    assert!(!verdict.is_right());
+    assert_eq!(
+        verdict.faults(),
+        ["1 pixels differ from the golden model, by 1 at most, the first at x=1 y=0"]
+    );
+}
+
+#[test]
+fn a_pixel_beyond_its_bound_is_named() {
+    // The weighted sum is 0, the exact blend 1, and 1 is allowed where two layers are.
+    let mut image = reference().image_by(Arithmetic::Weights).clone();
+    image.pixels[AT] = 0x000003;
+    let verdict = judged(Arithmetic::Weights, &image, 0);
+    assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
+    assert_eq!(
+        verdict.faults(),
+        [
+            "1 pixels differ from the golden model of the weighted sum, by 3 at most, the first at x=1 y=0",
+            "1 pixels are farther from the exact blend than the weighted sum allows, by 2 at most, the \
+             first at x=1 y=0"
+        ]
+    );
+    // Within the bound it is wrong still.
+    image.pixels[AT] = 0x000101;
+    let verdict = judged(Arithmetic::Weights, &image, 0);
+    assert!(!verdict.is_right());
+    assert_eq!(verdict.beyond, Difference::default());
+}
+
+#[test]
+fn where_there_is_one_layer_or_none_nothing_is_allowed() {
+    for pixel in [2, 3] {
+        let mut image = reference().image_by(Arithmetic::Weights).clone();
+        image.pixels[pixel] += 1;
+        let first = Some((pixel as u32 % 3, pixel as u32 / 3));
+        let beyond = judged(Arithmetic::Weights, &image, 0).beyond;
+        assert_eq!(beyond, Difference { mismatched_pixels: 1, max_error: 1, first });
+    }
+}
+
+#[test]
+fn drops_excuse_the_image_alone() {
+    for (arithmetic, how) in [
+        (Arithmetic::Blend, "differ from the golden model"),
+        (Arithmetic::Weights, "differ from the golden model of the weighted sum"),
+    ] {
+        let mut image = reference().image_by(arithmetic).clone();
+        image.pixels[AT] = 0x0000ff;
+        let verdict = judged(arithmetic, &image, 1);
+        assert!(!verdict.is_right());
+        assert!(verdict.is_right_but_for_drops());
+        let most = 255 - (reference().image_by(arithmetic).pixels[AT] & 0xff);
+        assert_eq!(
+            verdict.faults(),
+            [format!(
+                "1 fragments were dropped, nothing was free; 1 pixels {how}, by {most} at most, the first \
+                 at x=1 y=0"
+            )]
+        );
+    }
+}
+
+#[test]
+fn wrong_counts_are_faults() {
+    let form = Check { what: "words read", expected: 7, found: 8 };
+    let (reference, arithmetic) = (reference(), Arithmetic::Weights);
+    let image = reference.image_by(arithmetic);
+    let verdict = Verdict::new(&reference, arithmetic, image, &tally(0), vec![form]);
+    assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
+    assert_eq!(verdict.faults(), ["words read: expected 7, the run counted 8"]);
+}
