@@ -5,26 +5,33 @@
 //!
 //! | block | what it does |
 //! | --- | --- |
+//! | [`course`] | the course of a frame |
 //! | [`depth_test`] | draws opaque fragments, drops hidden ones, passes transparent ones on |
-//! | [`frame_buffer`] | depth and colour of every pixel, two banks |
+//! | [`display`] | the frame buffer, and the scanout that shows it |
+//! | [`chains`] | fragments grouped by pixel in chains of sections |
+//! | [`allocator`] | hands out free sections |
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
-//! | [`scanout`] | shows a finished frame and wipes its bank |
-//! | [`allocator`] | hands out free sections |
-//! | [`tbuffer`] | the T-buffer architecture of seed 000 |
+//! | [`weights`] | weight factors in fixed point |
+//! | [`tbuffer`], [`rbuffer`], [`mbuffer`] | the architectures of seed 000 |
 
 pub mod allocator;
 pub mod blender;
+pub mod chains;
 pub mod course;
 pub mod depth_test;
+pub mod display;
+pub mod ends;
 pub mod frame_buffer;
 pub mod machine;
+pub mod mbuffer;
 pub mod params;
 pub mod pixel;
 pub mod rbuffer;
 pub mod scanout;
 pub mod sorter;
 pub mod tbuffer;
+pub mod weights;
 
 #[cfg(test)]
 mod test_util;

@@ -215,6 +215,13 @@ pub struct Tally {
     pub own: Vec<Figure>,
 }
 
+impl Tally {
+    /// One of the architecture's own figures, 0 if it has none of that name.
+    pub fn figure(&self, name: &str) -> u64 {
+        self.own.iter().find(|f| f.name == name).map_or(0, |f| f.value)
+    }
+}
+
 pellucid_sim::counters! {
     /// Cycles by phase.
     pub struct Cycles {

@@ -78,6 +78,30 @@ pub struct PixelFragment {
     pub rgba: u32,
 }
 
+/// A fragment as it is read back from storage. Its widths depend on the screen and on the bits of its weight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals((Screen, u32))]
+pub struct Arrived {
+    /// Its pixel.
+    #[width(cfg.0.pixel_bits())]
+    pub pixel: u32,
+    /// Its depth.
+    #[width(Z_BITS)]
+    pub z: u32,
+    /// Its colour, `0xRRGGBBAA`.
+    #[width(32)]
+    pub rgba: u32,
+    /// Its weight, where weights are kept in memory.
+    #[width(cfg.1)]
+    pub weight: u32,
+    /// It is in front of the pixel's opaque depth. Hidden ones only carry the two marks below.
+    pub visible: bool,
+    /// The last of the pass.
+    pub last: bool,
+    /// This is the pixel's last pass.
+    pub last_pass: bool,
+}
+
 /// What a stream of a frame carries: items, then a mark that ends the frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 #[signals(T::Config)]

@@ -18,7 +18,7 @@
 //! at the price of `ceil(n / K)` passes.
 
 use crate::blender::Sorted;
-use crate::pixel::{Marked, Screen, Z_BITS};
+use crate::pixel::{Arrived, Marked, Screen, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Signals, Stream, bits_for, rtl};
 
@@ -43,26 +43,6 @@ impl Config {
     fn count_bits(&self) -> u32 {
         bits_for(u64::from(self.depth))
     }
-}
-
-/// A fragment as it is read back from storage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-pub struct Arrived {
-    /// Its pixel.
-    #[width(cfg.screen.pixel_bits())]
-    pub pixel: u32,
-    /// Its depth.
-    #[width(Z_BITS)]
-    pub z: u32,
-    /// Its colour, `0xRRGGBBAA`.
-    #[width(32)]
-    pub rgba: u32,
-    /// It is in front of the pixel's opaque depth. Hidden ones only carry the two marks below.
-    pub visible: bool,
-    /// The last of the pass.
-    pub last: bool,
-    /// This is the pixel's last pass.
-    pub last_pass: bool,
 }
 
 /// A fragment that waits in a register.
@@ -113,7 +93,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(*cfg)]
+    #[with(cfg.screen, 0)]
     pub arrived: Stream<Marked<Arrived>>,
     /// The receiver takes what is sorted.
     pub sorted_ready: bool,

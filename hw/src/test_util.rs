@@ -1,6 +1,8 @@
 //! What the tests of several blocks share: streams that come and go at random, and memories beside
 //! the block under test.
 
+use crate::chains::config as chains;
+use crate::mbuffer::config as mbuffer;
 use crate::pixel::Screen;
 use crate::rbuffer::{self, queue};
 use crate::tbuffer::config::{Config, PRESETS, Params};
@@ -15,7 +17,7 @@ pub fn screen(width: u32, height: u32) -> Screen {
 
 /// A T-buffer for few pixels, whose memories are smaller than random numbers: kept tail and bitmap, or
 /// neither.
-pub fn small(fast: bool) -> Config {
+pub fn small_tbuffer(fast: bool) -> Config {
     let preset = &PRESETS[usize::from(!fast)];
     let params = Params {
         sections: 13,
@@ -27,6 +29,35 @@ pub fn small(fast: bool) -> Config {
         ..(preset.params)()
     };
     Config::new(screen(16, 9), params).unwrap()
+}
+
+/// Its chains.
+pub fn small(fast: bool) -> chains::Config {
+    small_tbuffer(fast).chains
+}
+
+/// The chains of a T-buffer.
+pub fn chains(screen: Screen, params: Params) -> chains::Config {
+    Config::new(screen, params).unwrap().chains
+}
+
+/// An M-buffer for few pixels: weights in memory, or in registers.
+pub fn small_mbuffer(in_memory: bool) -> mbuffer::Config {
+    let params = mbuffer::Params {
+        overflow_sections: 5,
+        outside_sections: 6,
+        outside_latency: 3,
+        weights: if in_memory { mbuffer::Weights::Memory } else { mbuffer::Weights::Registers },
+        array: 3,
+        reads_in_flight: 5,
+        ..mbuffer::Params::default()
+    };
+    mbuffer::Config::new(screen(5, 3), params).unwrap()
+}
+
+/// Its chains.
+pub fn small_owned(in_memory: bool) -> chains::Config {
+    small_mbuffer(in_memory).chains
 }
 
 /// An R-buffer for few pixels.

@@ -8,6 +8,8 @@ use crate::stimulus::Stimulus;
 use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
+use pellucid_hw::mbuffer::MBuffer;
+use pellucid_hw::mbuffer::config as mbuffer;
 use pellucid_hw::params::{Param, ParamError, Parameters, Preset, Value, did_you_mean, nearest};
 use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_hw::rbuffer::RBuffer;
@@ -47,6 +49,13 @@ pub const ARCHITECTURES: &[Architecture] = &[
         presets: || about(rbuffer::PRESETS),
         parameters: rbuffer::Params::list,
         build: build_rbuffer,
+    },
+    Architecture {
+        name: "mbuffer",
+        about: "M-buffer: a section for each pixel, fragments summed by weight without sorting",
+        presets: || about(mbuffer::PRESETS),
+        parameters: mbuffer::Params::list,
+        build: build_mbuffer,
     },
 ];
 
@@ -172,6 +181,12 @@ fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
             Box::new(Prepared::<TBuffer<FreeList>> { cfg, values: params.values() })
         }
     })
+}
+
+fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
+    let params = chosen(mbuffer::PRESETS, preset, settings)?;
+    let cfg = mbuffer::Config::new(screen, params)?;
+    Ok(Box::new(Prepared::<MBuffer<FreeList>> { cfg, values: params.values() }))
 }
 
 /// What is asked of a run.

@@ -3,11 +3,12 @@
 mod tools;
 
 use pellucid_hw::allocator::{self, FreeList};
+use pellucid_hw::chains::config as chains;
+use pellucid_hw::chains::scan::Scan;
+use pellucid_hw::chains::sections::Sections;
 use pellucid_hw::pixel::Screen;
 use pellucid_hw::sorter::{self, Sorter};
 use pellucid_hw::tbuffer::config::{Config, PRESETS, Params};
-use pellucid_hw::tbuffer::scan::Scan;
-use pellucid_hw::tbuffer::sections::Sections;
 use pellucid_sim::netlist::{Module, Netlist, Register, Type, elaborate};
 use pellucid_testbench::area::{Area, measure};
 use pellucid_verilog::files;
@@ -37,9 +38,9 @@ fn sorter(depth: u32) -> sorter::Config {
     sorter::Config { depth, layer_bits: 8, screen: SCREEN }
 }
 
-fn tbuffer(sections: u32, outside_sections: u32) -> Config {
+fn chains(sections: u32, outside_sections: u32) -> chains::Config {
     let params = Params { sections, outside_sections, ..(PRESETS[0].params)() };
-    Config::new(SCREEN, params).unwrap()
+    Config::new(SCREEN, params).unwrap().chains
 }
 
 #[test]
@@ -51,7 +52,7 @@ fn a_register_is_a_flip_flop_for_each_bit() {
     assert_eq!(counted.parts[0].cells.flip_flops, flip_flops(&netlist));
 
     // Each of the blocks of a hierarchy has its own.
-    let (netlist, counted) = area::<Scan>(&tbuffer(64, 0));
+    let (netlist, counted) = area::<Scan>(&chains(64, 0));
     let children: Vec<u64> = netlist.instances.iter().map(|i| flip_flops(&i.module)).collect();
     let counts: Vec<u64> = counted.parts.iter().map(|part| part.cells.flip_flops).collect();
     assert_eq!(counts[1..], children);
@@ -82,8 +83,8 @@ fn outside_memory_takes_no_area() {
     if !tools::have(&["yosys"]) {
         return;
     }
-    let (_, without) = area::<Sections>(&tbuffer(512, 0));
-    let (_, with) = area::<Sections>(&tbuffer(512, 16384));
+    let (_, without) = area::<Sections>(&chains(512, 0));
+    let (_, with) = area::<Sections>(&chains(512, 16384));
     let [without, with] = [without, with].map(|area| (area.parts[0].cells, area.outside));
     assert_eq!(with.0.half_rams, without.0.half_rams);
     // Three fragments a section, of 24 bits of depth and 32 of colour.

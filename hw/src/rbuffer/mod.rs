@@ -34,10 +34,9 @@ pub mod selector;
 use crate::blender::{self, Blender, Sorted};
 use crate::course::{self, Course};
 use crate::depth_test::{self, DepthTest};
-use crate::frame_buffer::{self, FrameBuffer};
+use crate::display::{self, Display};
 use crate::machine::{Frame, Phase};
 use crate::pixel::{Fragment, Marked, PixelFragment};
-use crate::scanout::{self, Scanout};
 use config::Config;
 use passes::Passes;
 use pellucid_sim::Block;
@@ -69,12 +68,9 @@ pub struct State {
     /// See [`blender`].
     #[with(cfg.screen)]
     pub blender: blender::State,
-    /// See [`frame_buffer`].
+    /// See [`display`].
     #[with(cfg.screen)]
-    pub frame_buffer: frame_buffer::State,
-    /// See [`scanout`].
-    #[with(cfg.screen)]
-    pub scanout: scanout::State,
+    pub display: display::State,
 }
 
 /// Memories.
@@ -86,10 +82,8 @@ pub struct Mem {
     pub queue: queue::Mem,
     /// See [`depth_test`].
     pub depth_test: depth_test::Mem,
-    /// See [`frame_buffer`].
-    pub frame_buffer: frame_buffer::Mem,
-    /// See [`scanout`].
-    pub scanout: scanout::Mem,
+    /// See [`display`].
+    pub display: display::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -168,8 +162,7 @@ impl Block for RBuffer {
             queue: Queue::reset(&cfg.queue),
             passes: Passes::reset(&cfg.queue),
             blender: Blender::reset(&cfg.screen),
-            frame_buffer: FrameBuffer::reset(&cfg.screen),
-            scanout: Scanout::reset(&cfg.screen),
+            display: Display::reset(&cfg.screen),
         }
     }
 
@@ -178,8 +171,7 @@ impl Block for RBuffer {
             selector: Selector::memories(&cfg.screen),
             queue: Queue::memories(&cfg.queue),
             depth_test: DepthTest::memories(&cfg.screen),
-            frame_buffer: FrameBuffer::memories(&cfg.screen),
-            scanout: Scanout::memories(&cfg.screen),
+            display: Display::memories(&cfg.screen),
         }
     }
 
@@ -191,12 +183,11 @@ impl Block for RBuffer {
 
         // What every block shows before its inputs are known.
         let course = Course::moore(screen, &q.course, &());
-        let buffer = FrameBuffer::moore(screen, &q.frame_buffer, &m.frame_buffer);
+        let display = Display::moore(screen, &q.display, &m.display);
         let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
         let selector_ready = Selector::moore(screen, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
-        let scanout = Scanout::moore(screen, &q.scanout, &m.scanout);
 
         // Arrivals, clocked from a frame's first offer on.
         let fragment_ready = course.open && depth_test_ready;
@@ -208,7 +199,7 @@ impl Block for RBuffer {
                     valid: i.fragment.valid && course.open,
                     payload: i.fragment.payload,
                 },
-                depth: buffer.depth,
+                depth: display.depth,
                 passed_ready: selector_ready,
             };
             DepthTest::next(
@@ -233,7 +224,7 @@ impl Block for RBuffer {
                 arrival: !resolving,
                 first_pass: passes.first,
                 parity: passes.parity,
-                depth: buffer.depth,
+                depth: display.depth,
                 pushed_ready: queue.ready,
                 full: queue.full,
                 clear: course.clear,
@@ -265,7 +256,7 @@ impl Block for RBuffer {
         };
         let picked = if pass.done { Stream::offer(Marked::end()) } else { select.picked };
         let blend = if resolving {
-            let to_blender = blender::In { sorted: picked, colour: buffer.colour };
+            let to_blender = blender::In { sorted: picked, colour: display.colour };
             Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -276,43 +267,26 @@ impl Block for RBuffer {
             end: i.fragment.payload.end,
             stored,
             resolved: blend.frame_done,
-            busy: scanout.busy,
+            busy: display.busy,
         };
         let frame_done = Course::next(screen, &q.course, &mut d.course, &mut (), to_course).done;
 
         // The frame buffer serves whoever asks.
-        let to_scanout = scanout::In {
-            start: frame_done,
-            colour: buffer.back_colour,
-            image_ready: i.image_ready,
-        };
-        let shown = if scanout.busy || frame_done {
-            Scanout::next(screen, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
-        } else {
-            scanout::Out::default()
-        };
-        let to_buffer = frame_buffer::In {
+        let to_display = display::In {
             depth_read: [test.depth_read, select.depth_read],
             depth_write: [test.depth_write, select.depth_write],
             colour_read: blend.colour_read,
             colour_write: [test.colour_write, blend.colour_write],
-            back_read: shown.read,
-            wipe: shown.wipe,
             clear: course.clear,
-            swap: frame_done,
+            show: frame_done,
+            image_ready: i.image_ready,
         };
-        FrameBuffer::next(
-            screen,
-            &q.frame_buffer,
-            &mut d.frame_buffer,
-            &mut m.frame_buffer,
-            to_buffer,
-        );
+        Display::next(screen, &q.display, &mut d.display, &mut m.display, to_display);
 
         Out {
             phase: course.phase,
             fragment: i.fragment.with(fragment_ready),
-            image: scanout.image.with(i.image_ready),
+            image: display.image.with(i.image_ready),
             passed: test.passed.with(selector_ready),
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),
@@ -326,7 +300,7 @@ impl Block for RBuffer {
                 pass_begins: pass.begins,
                 culled_late: select.culled,
                 blended: blend.blended,
-                scanout: scanout.busy,
+                scanout: display.busy,
                 frame_done,
             },
         }

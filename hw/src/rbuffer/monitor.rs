@@ -3,11 +3,12 @@
 use super::config::Config;
 use super::{Out, RBuffer, State};
 use crate::blender::Sorted;
+use crate::ends::{Ends, EndsMonitor};
 use crate::machine::{
-    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, Ports, Seen, Tally,
     memory_tallies, seen, waits,
 };
-use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
+use crate::pixel::{Marked, PixelFragment, Screen};
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
@@ -35,39 +36,27 @@ pellucid_sim::counters! {
 
 /// See the module's description.
 pub struct RBufferMonitor {
-    phases: PhaseCounts,
+    ends: EndsMonitor,
     fragments: Fragments,
     own: Own,
     peaks: Peaks,
-    fragment: StreamMonitor<Marked<Fragment>>,
-    passed: StreamMonitor<Marked<PixelFragment>>,
     popped: StreamMonitor<Marked<PixelFragment>>,
     pushed: StreamMonitor<PixelFragment>,
     picked: StreamMonitor<Marked<Sorted>>,
-    image: StreamMonitor<u32>,
 }
 
 /// The most items that each queue held.
 #[derive(Default)]
 struct Peaks {
-    depth_test: u32,
     selector: u32,
-    scanout: u32,
     on_chip: u32,
     outside: u32,
     all: u32,
 }
 
 impl RBufferMonitor {
-    fn streams(&self) -> [Seen; 6] {
-        [
-            seen(&self.fragment),
-            seen(&self.passed),
-            seen(&self.popped),
-            seen(&self.pushed),
-            seen(&self.picked),
-            seen(&self.image),
-        ]
+    fn streams(&self) -> Vec<Seen> {
+        self.ends.streams([seen(&self.popped), seen(&self.pushed), seen(&self.picked)])
     }
 }
 
@@ -85,7 +74,7 @@ impl Machine for RBuffer {
     }
 
     fn closed_forms(_: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
-        let figure = |name| tally.own.iter().find(|f| f.name == name).map_or(0, |f| f.value);
+        let figure = |name| tally.figure(name);
         // Where an opaque fragment came after those that it hides, passes depend on the order.
         if figure("culled_late") > 0 {
             return vec![];
@@ -115,49 +104,46 @@ impl Machine for RBuffer {
 impl Monitor<RBuffer> for RBufferMonitor {
     fn new(_: &Config) -> RBufferMonitor {
         RBufferMonitor {
-            phases: PhaseCounts::default(),
+            ends: EndsMonitor::new("selector"),
             fragments: Fragments::default(),
             own: Own::default(),
             peaks: Peaks::default(),
-            fragment: StreamMonitor::new("fragment", "source", "depth_test"),
-            passed: StreamMonitor::new("passed", "depth_test", "selector"),
             popped: StreamMonitor::new("popped", "passes", "selector"),
             pushed: StreamMonitor::new("pushed", "selector", "queue"),
             picked: StreamMonitor::new("picked", "selector", "blender"),
-            image: StreamMonitor::new("image", "scanout", "display"),
         }
     }
 
     #[inline(always)]
     fn observe(&mut self, _: &Config, q: &State, o: &Out) -> Result<(), Violation> {
-        self.phases.observe(o.phase, o.fragment.fires(), o.events.scanout);
-        if o.phase != Phase::Clear {
-            self.fragment.observe(o.fragment)?;
-        }
-        self.image.observe(o.image)?;
-        let peaks = &mut self.peaks;
-        peaks.scanout = peaks.scanout.max(q.scanout.queue.count);
+        let e = &o.events;
+        self.ends.observe(Ends {
+            phase: o.phase,
+            fragment: o.fragment,
+            passed: o.passed,
+            image: o.image,
+            drawn: e.drawn,
+            hidden: e.hidden,
+            culled: e.culled_early,
+            scanout: e.scanout,
+            depth_test: &q.depth_test,
+            display: &q.display,
+        })?;
         if o.phase == Phase::Clear || o.phase == Phase::Wait {
             return Ok(());
         }
-        self.passed.observe(o.passed)?;
         self.popped.observe(o.popped)?;
         self.pushed.observe(o.pushed)?;
         self.picked.observe(o.picked)?;
 
-        let e = &o.events;
         let resolve = o.phase == Phase::Resolve;
         let pushed = u64::from(o.pushed.fires());
         let popped = u64::from(o.popped.fires() && !o.popped.payload.end);
         let f = &mut self.fragments;
-        f.arrived += u64::from(o.fragment.fires() && !o.fragment.payload.end);
-        f.drawn += u64::from(e.drawn);
-        f.hidden += u64::from(e.hidden);
         f.dropped += u64::from(e.dropped);
         f.blended += u64::from(e.blended);
         let own = &mut self.own;
         own.spilled += u64::from(e.spilled);
-        own.culled_early += u64::from(e.culled_early);
         own.culled_late += u64::from(e.culled_late);
         own.passes += u64::from(e.pass_begins);
         if resolve {
@@ -169,7 +155,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             f.spilled += u64::from(e.spilled);
         }
         let queue = &q.queue;
-        peaks.depth_test = peaks.depth_test.max(q.depth_test.queue.count);
+        let peaks = &mut self.peaks;
         peaks.selector = peaks.selector.max(q.selector.queue.count);
         peaks.on_chip = peaks.on_chip.max(queue.on_chip.count);
         peaks.outside = peaks.outside.max(queue.outside);
@@ -184,27 +170,31 @@ impl Monitor<RBuffer> for RBufferMonitor {
     fn deadlock(&self, cycle: u64, idle: u64, q: &State) -> Deadlock {
         let state = |block: &str| match block {
             "passes" => state_name(q.passes.fsm),
-            "scanout" => state_name(q.scanout.fsm),
-            _ => state_name(q.course.phase),
+            _ => EndsMonitor::state(block, q.course.phase, &q.display),
         };
         Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
     }
 
     fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
-        let own = Own { peak_queue: self.peaks.all.into(), ..self.own };
+        let own =
+            Own { peak_queue: self.peaks.all.into(), culled_early: self.ends.culled, ..self.own };
         let peak_words = |name: &str, words: u64| match name {
             "queue.on_chip" => self.peaks.on_chip.into(),
             "queue.outside" => self.peaks.outside.into(),
-            "depth_test.queue" => self.peaks.depth_test.into(),
             "selector.queue" => self.peaks.selector.into(),
-            "scanout.queue" => self.peaks.scanout.into(),
-            // Of each pixel something is known from the start.
-            _ => words,
+            _ => self.ends.peak_words(name, words),
         };
         let f = &self.fragments;
         Tally {
-            cycles: self.phases.cycles(),
-            fragments: Fragments { culled: own.culled_early + own.culled_late, ..self.fragments },
+            cycles: self.ends.phases.cycles(),
+            fragments: Fragments {
+                stored: f.stored,
+                spilled: f.spilled,
+                culled: own.culled_early + own.culled_late,
+                blended: f.blended,
+                dropped: f.dropped,
+                ..self.ends.fragments
+            },
             dropped_since: "the queue was full (see `queue` and `outside_queue`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: memory_tallies(memories, peak_words),

@@ -27,6 +27,7 @@ fn passes(depth: u32, pixels: &[Vec<Layer>]) -> Vec<Marked<Arrived>> {
                     pixel: pixel as u32,
                     z,
                     rgba: colour(pixel, k),
+                    weight: 0,
                     visible,
                     last: k + 1 == layers.len(),
                     last_pass: pass + 1 == count,

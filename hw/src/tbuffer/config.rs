@@ -1,10 +1,9 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
-use super::release;
+use crate::chains::config::{self as chains, Passes, Shape};
 use crate::params::{ParamError, Preset, too_many_fragments};
 use crate::pixel::Screen;
-use crate::{allocator, choice, parameters, sorter};
-use pellucid_sim::bits_for;
+use crate::{choice, parameters, sorter};
 
 choice! {
     /// How a fragment finds the end of its pixel's chain.
@@ -79,18 +78,10 @@ pub struct Config {
     pub screen: Screen,
     /// The parameters.
     pub params: Params,
-    /// Sections on chip and outside together; as a section number it stands for NULL.
-    pub null: u32,
-    /// Fragments that a section holds.
-    pub capacity: u32,
-    /// `append` is `tail`.
-    pub tail: bool,
-    /// `scan` is `bitmap`.
-    pub bitmap: bool,
+    /// The chains of sections.
+    pub chains: chains::Config,
     /// The sorter.
     pub sorter: sorter::Config,
-    /// The release queue: room for the sections that one pass sorts, and some on their way.
-    pub release: release::Config,
 }
 
 impl Config {
@@ -103,59 +94,24 @@ impl Config {
         let fragments = sections * u64::from(params.section_capacity);
         let what = "`sections` + `outside_sections` times `section_capacity`";
         too_many_fragments(what, fragments)?;
-        let null = params.sections + params.outside_sections;
-        let sorter =
-            sorter::Config { depth: params.sorter_depth, screen, layer_bits: bits_for(fragments) };
-        let release = release::Config {
-            depth: params.sorter_depth.div_ceil(params.section_capacity) + 4,
-            id_bits: bits_for(u64::from(null)),
-        };
-        Ok(Config {
-            screen,
-            null,
+        let shape = Shape {
+            owned: false,
+            on_chip: params.sections,
+            outside: params.outside_sections,
+            outside_latency: params.outside_latency,
             capacity: params.section_capacity,
             tail: params.append == Append::Tail,
             bitmap: params.scan == Scan::Bitmap,
-            sorter,
-            release,
-            params,
-        })
-    }
-
-    /// Bits of a section number, NULL included.
-    pub fn id_bits(&self) -> u32 {
-        bits_for(u64::from(self.null))
-    }
-    /// Bits of how full a section is, 0..=capacity.
-    pub fn fill_bits(&self) -> u32 {
-        bits_for(u64::from(self.capacity))
-    }
-    /// Bits of a fragment's place in a section.
-    pub fn slot_bits(&self) -> u32 {
-        bits_for(u64::from(self.capacity - 1))
-    }
-    /// Bits of how many fragments a pixel may have.
-    pub fn layer_bits(&self) -> u32 {
-        self.sorter.layer_bits
-    }
-    /// All section numbers, NULL included, as the ports of an allocator have them.
-    pub fn section_numbers(&self) -> allocator::Config {
-        allocator::Config { sections: self.null + 1 }
-    }
-    /// The allocator of the sections on chip.
-    pub fn on_chip(&self) -> allocator::Config {
-        allocator::Config { sections: self.params.sections }
-    }
-    /// The allocator of the sections outside.
-    pub fn outside(&self) -> allocator::Config {
-        allocator::Config { sections: self.params.outside_sections }
+            reads_in_flight: params.reads_in_flight,
+            passes: Passes::Each(params.sorter_depth),
+            weight_bits: 0,
+        };
+        let chains = chains::Config::new(screen, shape);
+        let sorter =
+            sorter::Config { depth: params.sorter_depth, screen, layer_bits: chains.layer_bits() };
+        Ok(Config { screen, params, chains, sorter })
     }
 }
-
-/// Bits of a word of the occupancy bitmap and of its summary.
-pub const OCCUPANCY_BITS: u32 = 64;
-/// How far a pixel's or word's number is shifted to get that of its occupancy word.
-pub const OCCUPANCY_SHIFT: u32 = OCCUPANCY_BITS.ilog2();
 
 #[cfg(test)]
 mod tests {

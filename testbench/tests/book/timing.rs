@@ -81,13 +81,13 @@ pub fn run(append: Append, scan: Scan) -> Timing {
 
 /// Rows of memories, and the memories.
 const MEMORIES: [(&str, &str); 7] = [
-    ("ssa", "ssa.table"),
-    ("nsa", "nsa.table"),
-    ("sections", "sections.on_chip"),
-    ("bitmap", "occupancy.bitmap"),
-    ("summary", "occupancy.summary"),
-    ("depth", "frame_buffer.depth_a"),
-    ("colour", "frame_buffer.colour_a"),
+    ("ssa", "chains.ssa.table"),
+    ("nsa", "chains.nsa.table"),
+    ("sections", "chains.sections.on_chip"),
+    ("bitmap", "chains.occupancy.bitmap"),
+    ("summary", "chains.occupancy.summary"),
+    ("depth", "display.frame_buffer.depth_a"),
+    ("colour", "display.frame_buffer.colour_a"),
 ];
 
 /// Reads and writes of every memory so far.
@@ -125,22 +125,22 @@ fn marked<T: pellucid_sim::Signals>(
 fn cells(cycle: &Cycle<TBuffer<FreeList>>) -> Vec<(&'static str, Cell)> {
     let (q, o) = (cycle.q, cycle.out);
     // The pool offers a section all the time: what matters is when it is taken.
-    let take = Handshake { valid: o.grant.fires(), ..o.grant };
+    let take = Handshake { valid: o.chains.grant.fires(), ..o.chains.grant };
     let pixel = |pixel: u32| format!("p{pixel}");
     let section = |section: u32| format!("s{section}");
     vec![
         ("phase", Cell::State(state_name(o.phase))),
         ("fragment", marked(o.fragment, |f| letter(f.rgba))),
         ("passed", marked(o.passed, |f| letter(f.rgba))),
-        ("store", Cell::State(state_name(q.store.fsm))),
+        ("store", Cell::State(state_name(q.chains.store.fsm))),
         ("take", stream(take, section)),
-        ("scan", Cell::State(state_name(q.resolve.scan.fsm))),
-        ("pixel", marked(o.pixel, pixel)),
-        ("chain", marked(o.chain, |c| pixel(c.pixel))),
-        ("reader", Cell::State(state_name(q.resolve.chain.fsm))),
-        ("arrived", marked(o.arrived, |a| letter(a.rgba))),
+        ("scan", Cell::State(state_name(q.chains.read_back.scan.fsm))),
+        ("pixel", marked(o.chains.pixel, pixel)),
+        ("chain", marked(o.chains.chain, |c| pixel(c.pixel))),
+        ("reader", Cell::State(state_name(q.chains.read_back.reader.fsm))),
+        ("arrived", marked(o.chains.arrived, |a| letter(a.rgba))),
         ("sorted", marked(o.sorted, |s| letter(s.rgba))),
-        ("release", stream(o.release, section)),
+        ("release", stream(o.chains.release, section)),
         ("scanout", Cell::State(state_name(q.scanout.fsm))),
         ("image", stream(o.image, |colour| format!("{colour:06x}"))),
     ]

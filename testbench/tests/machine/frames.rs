@@ -8,7 +8,7 @@ use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
 use pellucid_testbench::progress::Progress;
-use pellucid_testbench::scene::Options;
+use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::Source;
 use pellucid_testbench::stimulus::chosen;
@@ -275,6 +275,37 @@ pub fn check_drops<M: Tested>(
     Ok(())
 }
 
+/// Which fragments of a frame find no place in `sections` sections of `capacity` fragments, beside those
+/// that the pixels own, if they do.
+pub fn without_place(
+    screen: Screen,
+    frame: &[Fragment],
+    sections: u32,
+    capacity: u32,
+    owned: bool,
+) -> Vec<bool> {
+    let pixels = screen.pixels() as usize;
+    let (mut nearest, mut stored) = (vec![Z_FAR; pixels], vec![0; pixels]);
+    let mut free = sections;
+    let mut dropped = vec![];
+    for f in frame {
+        let pixel = (f.y * screen.width + f.x) as usize;
+        let visible = f.z < nearest[pixel];
+        let mut place = true;
+        if visible && f.is_opaque() {
+            nearest[pixel] = f.z;
+        } else if visible {
+            let own = owned && stored[pixel] == 0;
+            let full = stored[pixel] % capacity == 0 && !own;
+            place = !full || free > 0;
+            free -= u32::from(full && place);
+            stored[pixel] += u32::from(place);
+        }
+        dropped.push(!place);
+    }
+    dropped
+}
+
 /// What must hold of every machine.
 macro_rules! properties {
     ($machine:ty) => {
@@ -381,5 +412,21 @@ pub fn all_presets(arch: &str, scene: &str) {
     let options = Options { width: Some(160), height: Some(120), ..Options::default() };
     for (name, _) in (Architecture::named(arch).unwrap().presets)() {
         preset(arch, scene, &options, name);
+    }
+}
+
+/// A rate of which the targets speak: `part` per `whole`.
+pub fn assert_rate(what: &str, part: u64, whole: u64, least: f64) {
+    let rate = part as f64 / whole as f64;
+    assert!(rate >= least, "{what}: {rate:.4} fragments per cycle, expected at least {least}");
+}
+
+/// The eight frames of seed 000 through a preset: about one fragment a cycle in either phase.
+pub fn papers_frames_at_the_target_rate(arch: &str, preset_name: &str) {
+    for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
+        let Tally { fragments, cycles, .. } =
+            preset(arch, scene.name, &Options::default(), preset_name);
+        assert_rate(&format!("{}, stored", scene.name), fragments.stored, cycles.store, 0.98);
+        assert_rate(&format!("{}, resolved", scene.name), fragments.stored, cycles.resolve, 0.9);
     }
 }

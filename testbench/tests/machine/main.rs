@@ -1,6 +1,7 @@
 //! Every machine against the golden model, frame by frame.
 
 mod frames;
+mod mbuffer;
 mod rbuffer;
 mod tbuffer;
 

@@ -1,15 +1,15 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, check_drops, one_frame, preset, properties,
+    ENOUGH, OverFrames, Setup, Tested, assert_rate, check_drops, one_frame,
+    papers_frames_at_the_target_rate, properties, without_place,
 };
 use pellucid_hw::allocator::FreeList;
-use pellucid_hw::machine::{Check, Tally};
-use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
+use pellucid_hw::machine::Check;
+use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
 use pellucid_testbench::bench::{Bench, BenchError};
-use pellucid_testbench::scene::{Options, built_in};
 use proptest::prelude::*;
 
 type Buffer = TBuffer<FreeList>;
@@ -50,29 +50,6 @@ fn params() -> impl Strategy<Value = Params> {
     )
 }
 
-/// Which fragments of a frame find no place in `sections` sections of `capacity` fragments.
-fn without_place(screen: Screen, frame: &[Fragment], sections: u32, capacity: u32) -> Vec<bool> {
-    let pixels = screen.pixels() as usize;
-    let (mut nearest, mut stored) = (vec![Z_FAR; pixels], vec![0; pixels]);
-    let mut free = sections;
-    let mut dropped = vec![];
-    for f in frame {
-        let pixel = (f.y * screen.width + f.x) as usize;
-        let visible = f.z < nearest[pixel];
-        let mut place = true;
-        if visible && f.is_opaque() {
-            nearest[pixel] = f.z;
-        } else if visible {
-            let full = stored[pixel] % capacity == 0;
-            place = !full || free > 0;
-            free -= u32::from(full && place);
-            stored[pixel] += u32::from(place);
-        }
-        dropped.push(!place);
-    }
-    dropped
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
@@ -84,7 +61,7 @@ proptest! {
         let params = Params { sections, outside_sections: outside, ..params };
         setup.cfg = Config::new(screen, params).unwrap();
         let capacity = params.section_capacity;
-        let dropped = without_place(screen, &frame, sections + outside, capacity);
+        let dropped = without_place(screen, &frame, sections + outside, capacity, false);
         check_drops(&setup, &frame, &dropped)?;
     }
 }
@@ -105,12 +82,6 @@ fn a_display_that_takes_nothing_is_named() {
     );
 }
 
-/// A rate of which the targets speak: `part` per `whole`.
-fn assert_rate(what: &str, part: u64, whole: u64, least: f64) {
-    let rate = part as f64 / whole as f64;
-    assert!(rate >= least, "{what}: {rate:.4} fragments per cycle, expected at least {least}");
-}
-
 #[test]
 fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
     let screen = Screen { width: 40, height: 30, background: 0 };
@@ -129,10 +100,5 @@ fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
 
 #[test]
 fn the_papers_frames_are_resolved_at_the_target_rate() {
-    for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
-        let Tally { fragments, cycles, .. } =
-            preset("tbuffer", scene.name, &Options::default(), "fast");
-        assert_rate(&format!("{}, stored", scene.name), fragments.stored, cycles.store, 0.98);
-        assert_rate(&format!("{}, resolved", scene.name), fragments.stored, cycles.resolve, 0.9);
-    }
+    papers_frames_at_the_target_rate("tbuffer", "fast");
 }

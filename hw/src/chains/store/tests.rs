@@ -17,7 +17,7 @@ fn config(append: Append, section_capacity: u32) -> Config {
         append,
         ..Params::default()
     };
-    Config::new(screen(SCREEN.0, SCREEN.1), params).unwrap()
+    crate::test_util::chains(screen(SCREEN.0, SCREEN.1), params)
 }
 
 /// The store unit beside its tables, which are models of their own, and a plain list of free
@@ -65,7 +65,7 @@ impl Bench {
     /// Stores `fragments`, given as pixel and word; a free section is offered from a cycle of
     /// `grants` on until it is taken.
     fn store(&mut self, fragments: &[(u32, Word)], starts: Pattern, grants: &Pattern) -> Seen {
-        let item = |&(pixel, Word { z, rgba })| Marked::item(PixelFragment { pixel, z, rgba });
+        let item = |&(pixel, Word { z, rgba, .. })| Marked::item(PixelFragment { pixel, z, rgba });
         let mut source = Source::new(fragments.iter().map(item).chain([Marked::end()]), starts);
         let (mut seen, mut offered) = (Seen::default(), false);
         for cycle in 0.. {
@@ -79,6 +79,7 @@ impl Bench {
                 fragment: source.offer(cycle),
                 ssa: self.ssa.q(),
                 nsa: self.nsa.q(),
+                word: Read::default(),
                 grant,
                 exhausted: self.free.is_empty(),
             };
@@ -133,13 +134,16 @@ impl Bench {
         for entry in entries {
             let (mut chain, mut section) = (vec![], entry.head);
             while section != SECTIONS {
-                let (next, fill) = if cfg.tail && section == entry.tail {
+                let (next, fill) = if cfg.shape.tail && section == entry.tail {
                     (SECTIONS, entry.fill)
                 } else {
                     let NsaEntry { next, fill } = self.next_section(section);
-                    (next, if cfg.tail { cfg.capacity } else { fill })
+                    (next, if cfg.shape.tail { cfg.shape.capacity } else { fill })
                 };
-                assert!(next == SECTIONS || fill == cfg.capacity, "section {section} has a hole");
+                assert!(
+                    next == SECTIONS || fill == cfg.shape.capacity,
+                    "section {section} has a hole"
+                );
                 chain.extend((0..fill).map(|slot| self.sections[&(section, slot)]));
                 section = next;
             }
@@ -151,7 +155,7 @@ impl Bench {
 
 /// One pixel's fragments `count` times, distinguishable.
 fn same_pixel(count: u32) -> Vec<(u32, Word)> {
-    (0..count).map(|k| (9, Word { z: k, rgba: k })).collect()
+    (0..count).map(|k| (9, Word { z: k, rgba: k, weight: 0 })).collect()
 }
 
 fn all_sections() -> Vec<u32> {
@@ -162,7 +166,7 @@ fn all_sections() -> Vec<u32> {
 fn tail_stores_one_fragment_a_cycle_same_pixel_or_not() {
     for capacity in 1..=4 {
         let mut fragments = same_pixel(10);
-        fragments.extend((0..10).map(|k| (k % 2 * 30, Word { z: k, rgba: k })));
+        fragments.extend((0..10).map(|k| (k % 2 * 30, Word { z: k, rgba: k, weight: 0 })));
         let mut bench = Bench::new(config(Append::Tail, capacity), &all_sections());
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         let first = seen.placed[0];
@@ -205,7 +209,7 @@ fn without_a_grant_it_waits_and_then_goes_on() {
 fn exhausted_drops_what_needs_a_section_and_stores_what_does_not() {
     for append in [Append::Walk, Append::Tail] {
         let mut bench = Bench::new(config(append, 2), &[5]);
-        let word = |z| Word { z, rgba: z };
+        let word = |z| Word { z, rgba: z, weight: 0 };
         let fragments = [(3, word(1)), (4, word(2)), (3, word(3)), (3, word(4))];
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         assert_eq!((seen.placed.len(), seen.dropped.len(), seen.waited.len()), (2, 2, 0));
@@ -243,7 +247,7 @@ proptest! {
         starts in pattern(),
         grants in pattern(),
     ) {
-        let words = (0..).map(|k| Word { z: k, rgba: k + 1000 });
+        let words = (0..).map(|k| Word { z: k, rgba: k + 1000, weight: 0 });
         let fragments: Vec<(u32, Word)> = pixels.into_iter().zip(words).collect();
         let (chains, dropped) = reference(&fragments, capacity, sections);
         let cfg = config(if walk { Append::Walk } else { Append::Tail }, capacity);

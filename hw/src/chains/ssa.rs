@@ -49,7 +49,8 @@ pub struct Mem {
 impl SsaEntry {
     /// A pixel without fragments.
     pub fn null(cfg: &Config) -> SsaEntry {
-        SsaEntry { head: cfg.null, tail: 0, fill: 0 }
+        let (head, tail) = if cfg.shape.owned { (0, cfg.null) } else { (cfg.null, 0) };
+        SsaEntry { head, tail, fill: 0 }
     }
 }
 
@@ -104,7 +105,7 @@ mod tests {
     /// A table of 6 pixels, all NULL; 7 and 2 sections make 9 the number of NULL.
     fn cleared() -> Table<Ssa> {
         let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
-        let mut table = Table::<Ssa>::new(Config::new(screen(3, 2), params).unwrap());
+        let mut table = Table::<Ssa>::new(crate::test_util::chains(screen(3, 2), params));
         for pixel in 0..6 {
             table.clock(In { clear: Stream::offer(pixel), ..nothing() }).unwrap();
         }

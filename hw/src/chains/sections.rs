@@ -5,7 +5,8 @@
 //!  read (place) ---------->| Sections |---> word (Read)
 //!                          +----------+
 //! ```
-//! Sections below `sections` are on chip (one cycle), the others outside (`outside_latency` cycles).
+//! Those that pixels own and the first free ones are on chip (one cycle), the others outside
+//! (`outside_latency` cycles).
 //! One access a cycle to each; reads are pipelined. Answers of the two must not meet: a reader
 //! changes from one to the other only when nothing is under way.
 
@@ -45,20 +46,20 @@ impl Config {
     /// Whether a section lies in outside memory.
     #[inline(always)]
     pub fn is_outside(&self, section: u32) -> bool {
-        section >= self.params.sections
+        section >= self.first_outside()
     }
 }
 
 #[inline(always)]
 #[rtl]
 fn on_chip_address(cfg: &Config, place: Place) -> u32 {
-    place.section * cfg.capacity + place.slot
+    place.section * cfg.shape.capacity + place.slot
 }
 
 #[inline(always)]
 #[rtl]
 fn outside_address(cfg: &Config, place: Place) -> u32 {
-    (place.section - cfg.params.sections) * cfg.capacity + place.slot
+    (place.section - cfg.first_outside()) * cfg.shape.capacity + place.slot
 }
 
 #[rtl(
@@ -76,15 +77,11 @@ impl Block for Sections {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        let params = &cfg.params;
+        let shape = &cfg.shape;
         Mem {
-            on_chip: Ram1RW::new(params.sections * cfg.capacity, *cfg, 1),
-            outside: Ram1RW::new(
-                params.outside_sections * cfg.capacity,
-                *cfg,
-                params.outside_latency,
-            )
-            .outside(),
+            on_chip: Ram1RW::new(cfg.first_outside() * shape.capacity, *cfg, 1),
+            outside: Ram1RW::new(shape.outside * shape.capacity, *cfg, shape.outside_latency)
+                .outside(),
         }
     }
 
@@ -126,7 +123,7 @@ mod tests {
     const CAPACITY: u32 = 4;
 
     fn word(place: Place) -> Word {
-        Word { z: place.section * 100 + place.slot, rgba: place.slot }
+        Word { z: place.section * 100 + place.slot, rgba: place.slot, weight: 0 }
     }
 
     fn places() -> impl Iterator<Item = Place> {
@@ -146,7 +143,7 @@ mod tests {
             outside_latency,
             ..Params::default()
         };
-        let mut table = Table::<Sections>::new(Config::new(screen(2, 2), params).unwrap());
+        let mut table = Table::<Sections>::new(crate::test_util::chains(screen(2, 2), params));
         for place in places() {
             let write = Stream::offer(place);
             table.clock(In { write, word: word(place), read: Stream::idle() }).unwrap();

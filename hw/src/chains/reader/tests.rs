@@ -1,6 +1,6 @@
 use super::*;
+use crate::chains::tables::SsaEntry;
 use crate::tbuffer::config::{Append, Params};
-use crate::tbuffer::tables::SsaEntry;
 use crate::test_util::{Pattern, Source, edge, pattern, screen, traffic};
 use pellucid_sim::{Ram1RW, Sim, StreamMonitor};
 use proptest::prelude::*;
@@ -52,6 +52,7 @@ fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
                     pixel: number as u32,
                     z,
                     rgba: colour(number, layer),
+                    weight: 0,
                     visible: z < pixel.depth,
                     last,
                     last_pass: last && pass == passes,
@@ -104,7 +105,7 @@ impl Bench {
     /// The pixels' fragments are laid into `sections`, in that order.
     fn new(params: Params, pixels: &[Pixel], sections: &[u32]) -> Bench {
         let params = Params { sections: ON_CHIP, outside_sections: OUTSIDE, ..params };
-        let cfg = Config::new(screen(8, 8), params).unwrap();
+        let cfg = crate::test_util::chains(screen(8, 8), params);
         let mut sections = sections.iter().copied();
         let mut bench = Bench {
             sim: Sim::new(cfg),
@@ -114,27 +115,27 @@ impl Bench {
             used: vec![],
         };
         for (number, pixel) in pixels.iter().enumerate() {
-            let groups = pixel.layers.chunks(cfg.capacity as usize);
+            let groups = pixel.layers.chunks(cfg.shape.capacity as usize);
             let own: Vec<u32> = sections.by_ref().take(groups.len()).collect();
             let mut layer = 0;
             for (at, group) in groups.enumerate() {
                 for (slot, &z) in group.iter().enumerate() {
-                    let word = Word { z, rgba: colour(number, layer) };
+                    let word = Word { z, rgba: colour(number, layer), weight: 0 };
                     bench.words.insert((own[at], slot as u32), word);
                     layer += 1;
                 }
                 let next = own.get(at + 1).copied().unwrap_or(NULL);
                 let fill = group.len() as u32;
                 // The last section of a chain has an entry only where the SSA table knows no tail.
-                if !cfg.tail {
+                if !cfg.shape.tail {
                     bench.nsa.write(own[at], NsaEntry { next, fill });
                 } else if next != NULL {
                     bench.nsa.write(own[at], NsaEntry { next, fill: 0 });
                 }
                 edge(&mut bench.nsa);
             }
-            let entry = if cfg.tail {
-                let fill = (pixel.layers.len() as u32 - 1) % cfg.capacity + 1;
+            let entry = if cfg.shape.tail {
+                let fill = (pixel.layers.len() as u32 - 1) % cfg.shape.capacity + 1;
                 SsaEntry { head: own[0], tail: own[own.len() - 1], fill }
             } else {
                 SsaEntry { head: own[0], tail: 0, fill: 0 }
@@ -184,7 +185,7 @@ impl Bench {
 
             if out.read.valid {
                 let Place { section, slot } = out.read.payload;
-                let latency = if section < ON_CHIP { 1 } else { cfg.params.outside_latency };
+                let latency = if section < ON_CHIP { 1 } else { cfg.shape.outside_latency };
                 let due = cycle + u64::from(latency);
                 let before = answers.back().is_none_or(|(last, _)| *last < due);
                 assert!(before, "cycle {cycle}: an answer meets or passes another");
@@ -205,7 +206,7 @@ impl Bench {
                 seen.arrived.push((cycle, meaning(arrived.payload)));
             }
             let waiting = seen.read - (seen.arrived.len() - usize::from(ended));
-            assert!(waiting <= cfg.params.reads_in_flight as usize, "{waiting} reads in flight");
+            assert!(waiting <= cfg.shape.reads_in_flight as usize, "{waiting} reads in flight");
 
             if timing.release_pop.at(cycle) {
                 seen.released.extend(committed.pop_front());

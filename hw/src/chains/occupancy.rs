@@ -91,7 +91,7 @@ impl Block for Occupancy {
 
     fn memories(cfg: &Config) -> Mem {
         let ram = |words| {
-            let words = if cfg.bitmap { words } else { 0 };
+            let words = if cfg.shape.bitmap { words } else { 0 };
             Ram1R1W::new(words, OCCUPANCY_BITS, 1, ReadDuringWrite::New)
         };
         Mem { bitmap: ram(cfg.occupancy_words()), summary: ram(cfg.summary_words()) }
@@ -104,7 +104,7 @@ impl Block for Occupancy {
 
     #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
-        if cfg.bitmap {
+        if cfg.shape.bitmap {
             if i.set.valid {
                 let word = i.set.payload >> OCCUPANCY_SHIFT;
                 let bit = 1 << (i.set.payload & (OCCUPANCY_BITS - 1));
@@ -142,7 +142,7 @@ mod tests {
     /// 5000 pixels: 79 words, of which the last is not full, and two words of summary.
     fn bitmap(scan: Scan) -> Table<Occupancy> {
         let params = Params { scan, ..Params::default() };
-        Table::new(Config::new(screen(100, 50), params).unwrap())
+        Table::new(crate::test_util::chains(screen(100, 50), params))
     }
 
     /// After reset.

@@ -1,4 +1,4 @@
-//! The chain reader: reads a pixel's fragments, section by section, and hands them to the sorter.
+//! The chain reader: reads a pixel's fragments, section by section, and hands them on.
 //!
 //! ```text
 //!               +-------------+
@@ -13,16 +13,16 @@
 //! waiting for the sorter. Reads change between on-chip and outside sections only when none is under
 //! way, since their answers must keep their order.
 //!
-//! Fragments behind the pixel's opaque depth are marked invisible. A pixel with more than K fragments
-//! is read until the sorter has had every visible one: `ceil(visible / K)` passes, one at least; then its sections
-//! are released in a walk of their own. Any other pixel's sections are released as they are read.
+//! Fragments behind the pixel's opaque depth are marked invisible. How often a pixel is read is told by
+//! [`Passes`]. With passes of K fragments, one with more than K is read until the receiver has had every
+//! visible one: `ceil(visible / K)` passes, one at least; then its sections are released in a walk of their
+//! own. Any other pixel's sections are released as they are read. A section that its pixel owns stays.
 
-use super::config::Config;
+use super::config::{Config, Passes};
 use super::lookup::Chain;
 use super::release;
 use super::tables::{NsaEntry, Place, Word};
-use crate::pixel::{Marked, Z_BITS};
-use crate::sorter::{self, Arrived};
+use crate::pixel::{Arrived, Marked, Screen, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo, rtl};
 
@@ -75,12 +75,12 @@ pub struct State {
     /// The pixel is read again.
     pub again: bool,
     /// Reads under way.
-    #[with(cfg.params.reads_in_flight)]
+    #[with(cfg.shape.reads_in_flight)]
     pub pending: fifo::State,
     /// They go to outside sections.
     pub outside: bool,
-    /// Fragments that wait for the sorter.
-    #[with(cfg.params.reads_in_flight)]
+    /// Fragments that wait for the receiver.
+    #[with(cfg.shape.reads_in_flight)]
     pub arrived: fifo::State,
     /// Visible fragments of the pixel in its first pass so far.
     #[width(cfg.layer_bits())]
@@ -88,6 +88,8 @@ pub struct State {
     /// Visible fragments that are left for further passes.
     #[width(cfg.layer_bits())]
     pub left: u32,
+    /// The fragments of the pass are loaded: it is read to compare them with all.
+    pub loaded: bool,
 }
 
 const CHAINS: u32 = 2;
@@ -104,7 +106,7 @@ pub struct In {
     /// The fragment that was asked for.
     #[with(*cfg)]
     pub word: Read<Word>,
-    /// The sorter takes a fragment.
+    /// The receiver takes a fragment.
     pub arrived_ready: bool,
     /// The release queue has room.
     pub release_ready: bool,
@@ -116,7 +118,7 @@ pub struct Moore {
     /// A chain is taken.
     pub ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(cfg.sorter)]
+    #[with(cfg.screen, cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
 }
 
@@ -159,15 +161,31 @@ fn chains(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: CHAINS, item: *cfg }
 }
 fn pendings(cfg: &Config) -> fifo::Config<Config> {
-    fifo::Config { depth: cfg.params.reads_in_flight, item: *cfg }
+    fifo::Config { depth: cfg.shape.reads_in_flight, item: *cfg }
 }
-fn arrivals(cfg: &Config) -> fifo::Config<sorter::Config> {
-    fifo::Config { depth: cfg.params.reads_in_flight, item: cfg.sorter }
+fn arrivals(cfg: &Config) -> fifo::Config<(Screen, u32)> {
+    fifo::Config { depth: cfg.shape.reads_in_flight, item: (cfg.screen, cfg.shape.weight_bits) }
+}
+
+impl Config {
+    /// Visible fragments that one pass takes, 0 if there is but one pass.
+    pub fn pass_depth(&self) -> u32 {
+        match self.shape.passes {
+            Passes::One => 0,
+            Passes::Each(depth) | Passes::Twice(depth) => depth,
+        }
+    }
+    /// Whether a pass from the second on reads twice.
+    pub fn loads(&self) -> bool {
+        matches!(self.shape.passes, Passes::Twice(_))
+    }
 }
 
 #[rtl(
     check(ChainReader, crate::test_util::small(true)),
-    check(ChainReader, crate::test_util::small(false))
+    check(ChainReader, crate::test_util::small(false)),
+    check(ChainReader, crate::test_util::small_owned(false)),
+    check(ChainReader, crate::test_util::small_owned(true))
 )]
 impl Block for ChainReader {
     type Config = Config;
@@ -190,6 +208,7 @@ impl Block for ChainReader {
             arrived: Arrivals::reset(&arrivals(cfg)),
             visible: 0,
             left: 0,
+            loaded: false,
         }
     }
 
@@ -219,7 +238,8 @@ impl Block for ChainReader {
             begins: false,
             culled: false,
         };
-        let depth = cfg.params.sorter_depth;
+        let depth = cfg.pass_depth();
+        let once = cfg.shape.passes == Passes::One;
 
         // An answer comes back: the oldest read under way learns its fragment.
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
@@ -231,29 +251,33 @@ impl Block for ChainReader {
             o.culled = !visible && !q.again;
             let seen = if q.again { 0 } else { q.visible + u32::from(visible) };
             let before = if q.again { q.left } else { seen };
-            let left = before.saturating_sub(depth);
+            let only_loads = cfg.loads() && q.again && !q.loaded;
+            let taken = if only_loads { 0 } else { depth };
+            let left = if once { 0 } else { before.saturating_sub(taken) };
             d.visible = seen;
             if oldest.last {
                 d.left = left;
+                d.loaded = only_loads;
                 d.visible = 0;
             }
             arrived = Stream::offer(Marked::item(Arrived {
                 pixel: oldest.pixel,
                 z: i.word.data.z,
                 rgba: i.word.data.rgba,
+                weight: i.word.data.weight,
                 visible,
                 last: oldest.last,
                 last_pass: left == 0,
             }));
         }
 
-        // What follows the section at hand? With `append=tail` the SSA entry knows the last one.
+        // What follows the section at hand? Where tails are kept the SSA entry knows the last one.
         let entry = q.chain.entry;
-        let is_tail = cfg.tail && q.place.section == entry.tail;
+        let is_tail = cfg.shape.tail && q.place.section == entry.tail;
         let (next, fill) = if is_tail {
             (cfg.null, entry.fill)
-        } else if cfg.tail {
-            (i.nsa.data.next, cfg.capacity)
+        } else if cfg.shape.tail {
+            (i.nsa.data.next, cfg.shape.capacity)
         } else {
             (i.nsa.data.next, i.nsa.data.fill)
         };
@@ -265,20 +289,21 @@ impl Block for ChainReader {
             Fsm::Idle => begin = true,
             Fsm::Read => {
                 // The place at hand is asked for if its answer will find room and keep its order.
-                let room = pending.count + waiting < cfg.params.reads_in_flight;
+                let room = pending.count + waiting < cfg.shape.reads_in_flight;
                 let outside = cfg.is_outside(q.place.section);
                 if room && (nothing_under_way || outside == q.outside) && i.release_ready {
                     let more_here = q.place.slot + 1 < fill;
                     let last = !more_here && next == cfg.null;
-                    let shallow = q.position < depth;
+                    let shallow = once || q.position < depth;
                     o.read = Stream::offer(q.place);
                     o.read_again = q.again;
                     fetch =
                         Stream::offer(Pending { pixel: q.chain.pixel, depth: q.chain.depth, last });
                     d.outside = outside;
                     d.position = q.position + 1;
-                    if !more_here && !q.again && shallow {
+                    if !more_here && !q.again && shallow && q.place.section >= cfg.owned {
                         o.release.push = Stream::offer(q.place.section);
+                        o.release.commit = once;
                     }
                     if more_here {
                         d.place.slot = q.place.slot + 1;
@@ -297,14 +322,16 @@ impl Block for ChainReader {
                 if nothing_under_way {
                     d.again = q.left > 0;
                     d.fsm = if q.left > 0 { Fsm::Read } else { Fsm::Release };
-                    d.place = Place { section: entry.head, slot: 0 };
+                    d.place = Place { section: cfg.first_section(q.chain.pixel, entry), slot: 0 };
                     d.position = 0;
                 }
             }
             Fsm::Release => {
                 if i.release_ready {
-                    o.release.push = Stream::offer(q.place.section);
-                    o.release.commit = true;
+                    if q.place.section >= cfg.owned {
+                        o.release.push = Stream::offer(q.place.section);
+                        o.release.commit = true;
+                    }
                     d.place = Place { section: next, slot: 0 };
                     if next == cfg.null {
                         begin = true;
@@ -324,11 +351,11 @@ impl Block for ChainReader {
                 o.begins = true;
                 d.fsm = Fsm::Read;
                 d.chain = chain;
-                d.place = Place { section: chain.entry.head, slot: 0 };
+                d.place = Place { section: cfg.first_section(chain.pixel, chain.entry), slot: 0 };
                 d.position = 0;
                 d.again = false;
             } else if front.valid && q.fsm == Fsm::Idle && nothing_under_way {
-                pop = waiting < cfg.params.reads_in_flight;
+                pop = waiting < cfg.shape.reads_in_flight;
                 arrived = Stream { valid: pop, payload: Marked::end() };
             }
         }
@@ -336,7 +363,7 @@ impl Block for ChainReader {
         // A section that comes to hand is looked up in the NSA table, unless it is known as the last.
         let enters = d.fsm == Fsm::Read || d.fsm == Fsm::Release;
         let moved = d.place.section != q.place.section || begin || q.fsm == Fsm::Settle;
-        if enters && moved && !(cfg.tail && d.place.section == d.chain.entry.tail) {
+        if enters && moved && !(cfg.shape.tail && d.place.section == d.chain.entry.tail) {
             o.nsa.read(d.place.section);
         }
 

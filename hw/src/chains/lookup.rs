@@ -130,7 +130,7 @@ impl Block for Lookup {
 
         // Second stage: the pixel's entry and depth are at hand.
         let Marked { end, item: pixel } = q.stage.payload;
-        let found = q.stage.valid && (end || i.ssa.data.head != cfg.null);
+        let found = q.stage.valid && (end || !cfg.is_null(i.ssa.data));
         let stall = found && !i.chain_ready;
         if found && !end && i.chain_ready {
             ssa_write.write(pixel, SsaEntry::null(cfg));
@@ -164,7 +164,7 @@ mod tests {
 
     fn config() -> Config {
         let params = Params { sections: 100, outside_sections: 20, ..Params::default() };
-        Config::new(screen(5, 4), params).unwrap()
+        crate::test_util::chains(screen(5, 4), params)
     }
 
     const EMPTY: SsaEntry = SsaEntry { head: 120, tail: 0, fill: 0 };

@@ -69,7 +69,7 @@ mod tests {
 
     fn table() -> Table<Nsa> {
         let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
-        Table::new(Config::new(screen(3, 2), params).unwrap())
+        Table::new(crate::test_util::chains(screen(3, 2), params))
     }
 
     #[test]

@@ -1,33 +1,31 @@
-//! The resolve unit: from the stored fragments of a frame to its blended pixels.
+//! The read-back: from the stored fragments of a frame to a stream of them, pixel by pixel.
 //!
 //! ```text
-//!          +------+  pixel  +--------+  chain  +-------------+ arrived +--------+ sorted +---------+
-//! start -->| Scan |-------->| Lookup |-------->| ChainReader |-------->| Sorter |------->| Blender |
-//!          +------+         +--------+         +-------------+         +--------+        +---------+
-//!             |               |    |             |   |   |                                 |     |
-//!         Occupancy          Ssa  depth         Nsa  | Sections                         colour  done
+//!          +------+  pixel  +--------+  chain  +-------------+
+//! start -->| Scan |-------->| Lookup |-------->| ChainReader |--> arrived (Stream)
+//!          +------+         +--------+         +-------------+
+//!             |               |    |             |   |   |
+//!         Occupancy          Ssa  depth         Nsa  | Sections
 //!                                                +--------------+
 //!                                                | ReleaseQueue |--> release
 //!                                                +--------------+
 //! ```
-//! One fragment a cycle from end to end; `done` comes once the last pixel is written.
+//! One fragment a cycle from end to end.
 
-use super::chain::{self, ChainReader};
 use super::config::Config;
 use super::lookup::{self, Chain, Lookup};
 use super::occupancy;
+use super::reader::{self, ChainReader};
 use super::release::{self, ReleaseQueue};
 use super::scan::{self, Scan};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
-use crate::blender::{self, Blender, Sorted};
-use crate::pixel::{COLOUR_BITS, Marked, Z_BITS};
-use crate::sorter::{self, Arrived, Sorter};
+use crate::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::{
     Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
 };
 
 /// See the module's description.
-pub struct Resolve;
+pub struct ReadBack;
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -38,20 +36,12 @@ pub struct State {
     /// See [`lookup`].
     #[with(*cfg)]
     pub lookup: lookup::State,
-    /// See [`chain`].
+    /// See [`reader`].
     #[with(*cfg)]
-    pub chain: chain::State,
+    pub reader: reader::State,
     /// See [`release`].
     #[with(cfg.release)]
     pub release: release::State,
-    /// See [`sorter`].
-    #[with(cfg.sorter)]
-    pub sorter: sorter::State,
-    /// See [`blender`].
-    #[with(cfg.screen)]
-    pub blender: blender::State,
-    /// All pixels are blended; the last sections may still be on their way back.
-    pub blended: bool,
 }
 
 /// Memories.
@@ -59,8 +49,8 @@ pub struct State {
 pub struct Mem {
     /// See [`lookup`].
     pub lookup: lookup::Mem,
-    /// See [`chain`].
-    pub chain: chain::Mem,
+    /// See [`reader`].
+    pub reader: reader::Mem,
     /// See [`release`].
     pub release: release::Mem,
 }
@@ -85,9 +75,18 @@ pub struct In {
     /// The depth that was asked for.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
-    /// The colour that was asked for.
-    #[with(COLOUR_BITS)]
-    pub colour: Read<u32>,
+    /// The receiver takes a fragment.
+    pub arrived_ready: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// Fragments of one pixel after the other, then the end of the frame.
+    #[with(cfg.screen, cfg.shape.weight_bits)]
+    pub arrived: Stream<Marked<Arrived>>,
+    /// No section is on its way back.
+    pub released: bool,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
@@ -111,48 +110,33 @@ pub struct Out {
     /// Reads a pixel's opaque depth.
     #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
-    /// Reads a pixel's opaque colour.
-    #[with(cfg.screen.pixel_bits())]
-    pub colour_read: ReadPort,
-    /// Writes a pixel's final colour.
-    #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
-    pub colour_write: WritePort<u32>,
     /// A section that is given back; it is always taken.
     #[with(cfg.release.id_bits)]
     pub release: Stream<u32>,
-    /// Every pixel is written and every section given back.
-    pub done: bool,
     /// Pixels to visit.
     #[with(cfg.screen.pixel_bits())]
     pub pixel: Handshake<Marked<u32>>,
     /// Pixels with their chains.
     #[with(*cfg)]
     pub chain: Handshake<Marked<Chain>>,
-    /// Fragments that were read back.
-    #[with(cfg.sorter)]
-    pub arrived: Handshake<Marked<Arrived>>,
-    /// Fragments in blending order.
-    #[with(cfg.screen)]
-    pub sorted: Handshake<Marked<Sorted>>,
     /// A chain is begun to be read.
     pub chain_begun: bool,
     /// The fragment is read in a second pass or later.
     pub read_again: bool,
     /// A stored fragment turned out to be hidden.
     pub culled: bool,
-    /// A fragment is blended.
-    pub blended: bool,
 }
 
 #[rtl(
-    check(Resolve, crate::test_util::small(true)),
-    check(Resolve, crate::test_util::small(false))
+    check(ReadBack, crate::test_util::small(true)),
+    check(ReadBack, crate::test_util::small(false)),
+    check(ReadBack, crate::test_util::small_owned(false))
 )]
-impl Block for Resolve {
+impl Block for ReadBack {
     type Config = Config;
     type State = State;
     type In = In;
-    type Moore = ();
+    type Moore = Moore;
     type Out = Out;
     type Mem = Mem;
 
@@ -160,33 +144,34 @@ impl Block for Resolve {
         State {
             scan: Scan::reset(cfg),
             lookup: Lookup::reset(cfg),
-            chain: ChainReader::reset(cfg),
+            reader: ChainReader::reset(cfg),
             release: ReleaseQueue::reset(&cfg.release),
-            sorter: Sorter::reset(&cfg.sorter),
-            blender: Blender::reset(&cfg.screen),
-            blended: false,
         }
     }
 
     fn memories(cfg: &Config) -> Mem {
         Mem {
             lookup: Lookup::memories(cfg),
-            chain: ChainReader::memories(cfg),
+            reader: ChainReader::memories(cfg),
             release: ReleaseQueue::memories(&cfg.release),
         }
     }
 
-    fn moore(_: &Config, _: &State, _: &Mem) {}
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        Moore {
+            arrived: ChainReader::moore(cfg, &q.reader, &m.reader).arrived,
+            released: ReleaseQueue::moore(&cfg.release, &q.release, &m.release).empty,
+        }
+    }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let pixel = Scan::moore(cfg, &q.scan, &()).pixel;
         let lookup_ready = Lookup::moore(cfg, &q.lookup, &m.lookup).ready;
-        let chain::Moore { ready: chain_ready, arrived } =
-            ChainReader::moore(cfg, &q.chain, &m.chain);
+        let chain_ready = ChainReader::moore(cfg, &q.reader, &m.reader).ready;
         let release = ReleaseQueue::moore(&cfg.release, &q.release, &m.release);
-        let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
         // From upstream to downstream.
         let to_scan = scan::In {
@@ -198,24 +183,17 @@ impl Block for Resolve {
         let scan = Scan::next(cfg, &q.scan, &mut d.scan, &mut (), to_scan);
         let to_lookup = lookup::In { pixel, ssa: i.ssa, depth: i.depth, chain_ready };
         let lookup = Lookup::next(cfg, &q.lookup, &mut d.lookup, &mut m.lookup, to_lookup);
-        let to_chain = chain::In {
+        let to_reader = reader::In {
             chain: lookup.chain,
             nsa: i.nsa,
             word: i.word,
-            arrived_ready: sorter.ready,
+            arrived_ready: i.arrived_ready,
             release_ready: release.ready,
         };
-        let reader = ChainReader::next(cfg, &q.chain, &mut d.chain, &mut m.chain, to_chain);
-        let to_sorter = sorter::In { arrived, sorted_ready: true };
-        Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-        let to_blender = blender::In { sorted: sorter.sorted, colour: i.colour };
-        let blend = Blender::next(&cfg.screen, &q.blender, &mut d.blender, &mut (), to_blender);
+        let reader = ChainReader::next(cfg, &q.reader, &mut d.reader, &mut m.reader, to_reader);
         let to_release = reader.release;
         ReleaseQueue::next(&cfg.release, &q.release, &mut d.release, &mut m.release, to_release);
 
-        let blended = q.blended || blend.frame_done;
-        let done = blended && release.empty;
-        d.blended = blended && !done;
         Out {
             ssa_read: lookup.ssa_read,
             ssa_write: lookup.ssa_write,
@@ -223,18 +201,12 @@ impl Block for Resolve {
             scan,
             read: reader.read,
             depth_read: lookup.depth_read,
-            colour_read: blend.colour_read,
-            colour_write: blend.colour_write,
             release: release.front,
-            done,
             pixel: pixel.with(lookup_ready),
             chain: lookup.chain.with(chain_ready),
-            arrived: arrived.with(sorter.ready),
-            sorted: sorter.sorted.with(true),
             chain_begun: reader.begins,
             read_again: reader.read_again,
             culled: reader.culled,
-            blended: blend.blended,
         }
     }
 }

@@ -69,9 +69,9 @@ impl<A: Allocator> Block for Pool<A> {
             grant: Stream {
                 valid: on_chip.grant.valid || elsewhere,
                 payload: if on_chip.grant.valid {
-                    on_chip.grant.payload
+                    on_chip.grant.payload + cfg.owned
                 } else {
-                    outside.grant.payload + cfg.params.sections
+                    outside.grant.payload + cfg.first_outside()
                 },
             },
             exhausted: on_chip.exhausted && outside.exhausted,
@@ -85,13 +85,16 @@ impl<A: Allocator> Block for Pool<A> {
         let back_outside = cfg.is_outside(back);
         let to_on_chip = allocator::In {
             take: i.take && here.grant.valid,
-            release: Stream { valid: i.release.valid && !back_outside, payload: back },
+            release: Stream {
+                valid: i.release.valid && !back_outside,
+                payload: back.wrapping_sub(cfg.owned),
+            },
         };
         let to_outside = allocator::In {
             take: i.take && here.exhausted,
             release: Stream {
                 valid: i.release.valid && back_outside,
-                payload: back.wrapping_sub(cfg.params.sections),
+                payload: back.wrapping_sub(cfg.first_outside()),
             },
         };
         A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
@@ -116,7 +119,7 @@ mod tests {
         let mut params = Params::default();
         params.set("sections", &on_chip.to_string()).unwrap();
         params.set("outside_sections", &outside.to_string()).unwrap();
-        Sim::new(Config::new(screen(4, 4), params).unwrap())
+        Sim::new(crate::test_util::chains(screen(4, 4), params))
     }
 
     #[test]

@@ -8,16 +8,21 @@
 //!  take <----------|       |---> occupancy ask, set
 //!                  +-------+
 //! ```
-//! With `append=tail` one fragment a cycle, same pixel or not: the SSA entry names the last section
-//! and how full it is. With `append=walk` (seed 000, Figure 4) the entry names the first section, and
+//! Where tails are kept one fragment a cycle, same pixel or not: the SSA entry names the last section
+//! and how full it is. Else (seed 000, Figure 4) the entry names the first section, and
 //! the unit reads the NSA table section by section: a fragment whose chain has `c` sections takes
 //! `c + 1` cycles, `c + 2` if it needs a new one behind them.
+//!
+//! Where each pixel owns a section, its first fragments go there. Where weights are kept in memory, a
+//! fragment is compared with all that its pixel has before it goes to its place: see [`weigh`].
 //!
 //! If no section is free anywhere the fragment is dropped, and `dropped` says so.
 
 use super::config::Config;
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use super::weigh::{self, Weigh};
 use crate::pixel::{Marked, PixelFragment};
+use crate::weights::own_weight;
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
 
@@ -49,6 +54,9 @@ pub struct State {
     /// The section that the walk has come to.
     #[width(cfg.id_bits())]
     pub at: u32,
+    /// See [`weigh`].
+    #[with(*cfg)]
+    pub weigh: weigh::State,
 }
 
 const QUEUE_DEPTH: u32 = 2;
@@ -65,6 +73,9 @@ pub struct In {
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
+    /// The stored fragment that was asked for.
+    #[with(*cfg)]
+    pub word: Read<Word>,
     /// A free section.
     #[with(cfg.id_bits())]
     pub grant: Stream<u32>,
@@ -104,6 +115,15 @@ pub struct Out {
     /// What is written there.
     #[with(*cfg)]
     pub word: Word,
+    /// Reads a stored fragment, to compare it with the one at hand.
+    #[with(*cfg)]
+    pub stored_read: Stream<Place>,
+    /// Writes it back with a new weight.
+    #[with(*cfg)]
+    pub stored_write: Stream<Place>,
+    /// What is written back.
+    #[with(*cfg)]
+    pub stored_word: Word,
     /// The granted section is taken.
     pub take: bool,
     /// The fragment is its pixel's first.
@@ -129,7 +149,12 @@ fn queue(cfg: &Config) -> fifo::Config<crate::pixel::Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
 }
 
-#[rtl(check(Store, crate::test_util::small(true)), check(Store, crate::test_util::small(false)))]
+#[rtl(
+    check(Store, crate::test_util::small(true)),
+    check(Store, crate::test_util::small(false)),
+    check(Store, crate::test_util::small_owned(false)),
+    check(Store, crate::test_util::small_owned(true))
+)]
 impl Block for Store {
     type Config = Config;
     type State = State;
@@ -140,7 +165,8 @@ impl Block for Store {
 
     fn reset(cfg: &Config) -> State {
         let queue = Queue::reset(&queue(cfg));
-        State { queue, stage: Stream::idle(), fsm: Fsm::Start, at: 0 }
+        let weigh = Weigh::reset(cfg);
+        State { queue, stage: Stream::idle(), fsm: Fsm::Start, at: 0, weigh }
     }
 
     fn memories(cfg: &Config) -> Mem {
@@ -154,31 +180,31 @@ impl Block for Store {
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
-        let PixelFragment { pixel, z, rgba } = q.stage.payload.item;
-        let mut o = Out {
-            word: Word { z, rgba },
-            frame_stored: q.stage.valid && q.stage.payload.end,
-            ..Out::default()
-        };
+        let fragment = q.stage.payload.item;
+        let PixelFragment { pixel, z, rgba } = fragment;
+        let mut o = Out { frame_stored: q.stage.valid && q.stage.payload.end, ..Out::default() };
         let at_hand = q.stage.valid && !q.stage.payload.end;
 
         // Where does the fragment go? To a slot that the pixel has, or into a new section: its first,
         // or one behind its last.
         let mut slot: Stream<Place> = Stream::idle();
+        let mut owns = false;
         let mut needs_first = false;
         let mut behind: Stream<u32> = Stream::idle();
         let mut linked = false;
+        let empty = cfg.is_null(i.ssa.data);
         if at_hand {
             match q.fsm {
                 Fsm::Start => {
                     let SsaEntry { head, tail, fill } = i.ssa.data;
-                    if head == cfg.null {
-                        needs_first = true;
-                    } else if !cfg.tail {
+                    if empty {
+                        owns = cfg.shape.owned;
+                        needs_first = !cfg.shape.owned;
+                    } else if !cfg.shape.tail {
                         o.nsa.read(head);
                         d.at = head;
                         d.fsm = Fsm::Walk;
-                    } else if fill < cfg.capacity {
+                    } else if fill < cfg.shape.capacity {
                         slot = Stream::offer(Place { section: tail, slot: fill });
                     } else {
                         behind = Stream::offer(tail);
@@ -189,7 +215,7 @@ impl Block for Store {
                     if next != cfg.null {
                         o.nsa.read(next);
                         d.at = next;
-                    } else if fill < cfg.capacity {
+                    } else if fill < cfg.shape.capacity {
                         slot = Stream::offer(Place { section: q.at, slot: fill });
                     } else {
                         behind = Stream::offer(q.at);
@@ -205,39 +231,67 @@ impl Block for Store {
         // Is a section to be had where one is needed?
         let needs = needs_first || behind.valid;
         o.dropped = needs && !i.grant.valid && i.exhausted;
-        o.waits = needs && !i.grant.valid && !i.exhausted;
-        o.take = needs && i.grant.valid;
-        o.first = needs_first && o.take;
-        let new = i.grant.payload;
+
+        // What is to be compared with the pixel's other fragments waits for that.
+        let mut weight = 0;
+        let mut weighing = false;
+        if cfg.shape.weight_bits > 0 {
+            let weighed = Weigh::moore(cfg, &q.weigh, &()).weight;
+            weighing = at_hand && !empty && !weighed.valid && !o.dropped;
+            weight = if empty { own_weight(rgba) } else { weighed.payload };
+        }
+        o.word = Word { z, rgba, weight };
+        o.waits = needs && !i.grant.valid && !i.exhausted && !weighing;
+        o.take = needs && i.grant.valid && !weighing;
+        o.first = owns || (needs_first && o.take);
         let mut linking = false;
 
         // The fragment goes to its place, and the tables learn of it.
-        if slot.valid {
+        if slot.valid && !weighing {
             o.place = slot;
             let fill = slot.payload.slot + 1;
-            if cfg.tail {
+            if cfg.shape.tail {
                 o.ssa_write.write(pixel, SsaEntry { fill, ..i.ssa.data });
             } else {
                 o.nsa.write(slot.payload.section, NsaEntry { next: cfg.null, fill });
             }
-        } else if o.take {
+        } else if owns || o.take {
+            let new = if owns { pixel } else { i.grant.payload };
+            let head = if cfg.shape.owned { 0 } else { new };
             o.place = Stream::offer(Place { section: new, slot: 0 });
             if o.first {
-                if cfg.tail {
-                    o.ssa_write.write(pixel, SsaEntry { head: new, tail: new, fill: 1 });
+                if cfg.shape.tail {
+                    o.ssa_write.write(pixel, SsaEntry { head, tail: new, fill: 1 });
                 } else {
-                    o.ssa_write.write(pixel, SsaEntry { head: new, tail: 0, fill: 0 });
+                    o.ssa_write.write(pixel, SsaEntry { head, tail: 0, fill: 0 });
                     o.nsa.write(new, NsaEntry { next: cfg.null, fill: 1 });
                 }
                 o.occupancy_set = Stream::offer(pixel);
-            } else if cfg.tail {
+            } else if cfg.shape.tail {
                 o.ssa_write.write(pixel, SsaEntry { tail: new, fill: 1, ..i.ssa.data });
                 o.nsa.write(behind.payload, NsaEntry { next: new, fill: 0 });
             } else {
-                o.nsa.write(behind.payload, NsaEntry { next: new, fill: cfg.capacity });
+                o.nsa.write(behind.payload, NsaEntry { next: new, fill: cfg.shape.capacity });
                 d.at = new;
                 d.fsm = Fsm::Link;
                 linking = true;
+            }
+        }
+        if cfg.shape.weight_bits > 0 {
+            let to_weigh = weigh::In {
+                start: weighing,
+                fragment,
+                entry: i.ssa.data,
+                nsa: i.nsa,
+                word: i.word,
+                taken: o.place.valid,
+            };
+            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut (), to_weigh);
+            o.stored_read = weigh.read;
+            o.stored_write = weigh.write;
+            o.stored_word = weigh.word;
+            if weighing {
+                o.nsa = weigh.nsa;
             }
         }
 

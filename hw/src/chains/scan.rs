@@ -50,7 +50,7 @@ pub struct State {
 impl Config {
     /// How far the scanner counts: pixels or summary words.
     pub fn scan_end(&self) -> u32 {
-        if self.bitmap { self.summary_words() } else { self.screen.pixels() }
+        if self.shape.bitmap { self.summary_words() } else { self.screen.pixels() }
     }
     /// Bits of the number of an occupancy word.
     pub fn word_bits(&self) -> u32 {
@@ -117,7 +117,7 @@ impl Block for Scan {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let end = q.fsm == Fsm::End;
-        let pixel = if cfg.bitmap {
+        let pixel = if cfg.shape.bitmap {
             BitWalk::moore(cfg, &q.pixels, &()).bit
         } else {
             let left = q.fsm == Fsm::Scan && q.next < cfg.scan_end();
@@ -142,7 +142,7 @@ impl Block for Scan {
                 let more = q.next < cfg.scan_end();
                 let mut idle = true;
                 let mut step = i.pixel_ready && more;
-                if cfg.bitmap {
+                if cfg.shape.bitmap {
                     let words = BitWalk::moore(cfg, &q.words, &());
                     let to_pixels =
                         walk::In { word: words.bit, data: i.word, bit_ready: i.pixel_ready };
@@ -182,8 +182,8 @@ impl Block for Scan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chains::occupancy::{self, Occupancy};
     use crate::tbuffer::config::{self, Params};
-    use crate::tbuffer::occupancy::{self, Occupancy};
     use crate::test_util::{Pattern, Table, pattern, screen, traffic};
     use pellucid_sim::{Sim, StreamMonitor};
     use proptest::prelude::*;
@@ -198,7 +198,7 @@ mod tests {
     impl Bench {
         fn new(scan: config::Scan, width: u32, height: u32) -> Bench {
             let params = Params { scan, ..Params::default() };
-            let cfg = Config::new(screen(width, height), params).unwrap();
+            let cfg = crate::test_util::chains(screen(width, height), params);
             let mut occupancy = Table::new(cfg);
             for word in 0..cfg.occupancy_words() {
                 let clear = Stream::offer(word);
@@ -210,7 +210,7 @@ mod tests {
         /// Scans a frame in which the pixels of `set` have fragments; gives the pixels that were
         /// sent, with their cycles counted from the start, and the cycle of the end.
         fn scan(&mut self, set: &BTreeSet<u32>, ready: &Pattern) -> (Vec<(u64, u32)>, u64) {
-            let bitmap = self.sim.config().bitmap;
+            let bitmap = self.sim.config().shape.bitmap;
             for pixel in set.iter().map(|pixel| Stream::offer(*pixel)) {
                 self.occupancy
                     .clock(occupancy::In { ask: pixel, ..occupancy::In::default() })

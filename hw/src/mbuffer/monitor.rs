@@ -1,0 +1,191 @@
+//! Watches the M-buffer: counts what it does and holds its streams to their rules.
+
+use super::MBuffer;
+use super::config::Config;
+use super::sum::Term;
+use super::{Out, State, array};
+use crate::allocator::Allocator;
+use crate::chains::monitor::{ChainsMonitor, section_bytes};
+use crate::ends::{Ends, EndsMonitor};
+use crate::machine::{
+    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, Ports, Seen, Tally,
+    memory_tallies, seen, waits,
+};
+use crate::pixel::{Marked, Screen};
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
+
+pellucid_sim::counters! {
+    /// The M-buffer's own figures, beside those of its chains.
+    pub struct Own {
+        /// Stored fragments that were read to be compared with one that came (weights=memory).
+        compared: "fragments",
+        /// Weights of stored fragments that were changed in memory (weights=memory).
+        weights_changed: "fragments",
+        /// Transparent fragments dropped on arrival by the early depth test.
+        culled_early: "fragments",
+        /// Cycles in which resolve had no fragment read back.
+        array_idle: "cycles",
+    }
+}
+
+/// See the module's description.
+pub struct MBufferMonitor {
+    ends: EndsMonitor,
+    chains: ChainsMonitor,
+    own: Own,
+    blended: u64,
+    term: StreamMonitor<Marked<Term>>,
+}
+
+impl MBufferMonitor {
+    fn streams(&self) -> Vec<Seen> {
+        self.ends.streams(self.chains.streams().into_iter().chain([seen(&self.term)]))
+    }
+}
+
+/// Fragments that tokens take from their cells in this cycle.
+#[inline(always)]
+fn taken(cfg: &array::Config, q: &array::State) -> u64 {
+    let cells = 0..if q.busy { cfg.cells as usize } else { 0 };
+    cells.map(|k| u64::from(q.tokens[k].valid && q.cells[k].valid)).sum()
+}
+
+impl<A: Allocator> Machine for MBuffer<A> {
+    type Monitor = MBufferMonitor;
+
+    const ARITHMETIC: Arithmetic = Arithmetic::Weights;
+
+    #[inline(always)]
+    fn ports(out: &Out) -> Ports {
+        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+    }
+
+    fn screen(cfg: &Config) -> Screen {
+        cfg.screen
+    }
+
+    fn closed_forms(cfg: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
+        let capacity = u64::from(cfg.params.section_capacity);
+        let layers = || census.histogram.iter().zip(0u64..).skip(1);
+        let pairs = layers().map(|(n, i)| n * i * (i - 1) / 2).sum();
+        let mut checks = vec![
+            Check {
+                what: "seed accesses, 2F",
+                expected: 2 * census.stored,
+                found: tally.seed_accesses,
+            },
+            Check {
+                what: "sections beyond the pixels' own, sum of N_i * (ceil(i / D) - 1)",
+                expected: layers().map(|(n, i)| n * (i.div_ceil(capacity) - 1)).sum(),
+                found: tally.figure("peak_sections"),
+            },
+            Check {
+                what: "fragments compared on arrival, sum of N_i * i(i-1)/2",
+                expected: if cfg.in_memory { pairs } else { 0 },
+                found: tally.figure("compared"),
+            },
+        ];
+        checks.extend(ChainsMonitor::closed_forms(tally, census));
+        checks
+    }
+}
+
+impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
+    fn new(cfg: &Config) -> MBufferMonitor {
+        MBufferMonitor {
+            ends: EndsMonitor::new("store"),
+            chains: ChainsMonitor::new(if cfg.in_memory { "sum" } else { "array" }),
+            own: Own::default(),
+            blended: 0,
+            term: StreamMonitor::new("term", if cfg.in_memory { "reader" } else { "array" }, "sum"),
+        }
+    }
+
+    #[inline(always)]
+    fn observe(&mut self, cfg: &Config, q: &State<A>, o: &Out) -> Result<(), Violation> {
+        let e = &o.events;
+        self.ends.observe(Ends {
+            phase: o.phase,
+            fragment: o.fragment,
+            passed: o.passed,
+            image: o.image,
+            drawn: e.drawn,
+            hidden: e.hidden,
+            culled: e.culled_early,
+            scanout: e.scanout,
+            depth_test: &q.depth_test,
+            display: &q.display,
+        })?;
+        // What is not clocked in a phase has nothing to show.
+        match o.phase {
+            Phase::Clear => {}
+            Phase::Idle | Phase::Store => {
+                self.chains.observe_store(&q.chains, &o.chains)?;
+                self.own.compared += u64::from(o.chains.events.compared);
+                self.own.weights_changed += u64::from(o.chains.events.weight_changed);
+            }
+            Phase::Resolve | Phase::Wait => {
+                self.chains.observe_resolve(&q.chains, &o.chains, e.frame_done)?;
+                self.term.observe(o.term)?;
+                if o.phase == Phase::Resolve {
+                    let arrived = &o.chains.arrived;
+                    let fragment = arrived.fires() && !arrived.payload.end;
+                    let visible = fragment && arrived.payload.item.visible;
+                    self.own.array_idle += u64::from(!fragment);
+                    self.blended +=
+                        if cfg.in_memory { visible.into() } else { taken(&cfg.array, &q.array) };
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn transfers(&self) -> u64 {
+        self.streams().iter().map(|stream| stream.tally.transfers).sum()
+    }
+
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State<A>) -> Deadlock {
+        let state = |block: &str| {
+            ChainsMonitor::state(block, &q.chains)
+                .unwrap_or_else(|| EndsMonitor::state(block, q.course.phase, &q.display))
+        };
+        Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
+    }
+
+    fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
+        let (ends, chains) = (&self.ends, &self.chains);
+        let own = chains.own();
+        let mut figures = own.figures();
+        figures.extend(Own { culled_early: ends.culled, ..self.own }.figures());
+        let peak_words = |name: &str, words| match name.strip_prefix("chains.") {
+            Some(name) => chains.peak_words(&cfg.chains, name, words),
+            None => ends.peak_words(name, words),
+        };
+        Tally {
+            cycles: ends.phases.cycles(),
+            fragments: Fragments {
+                stored: chains.stored,
+                spilled: chains.spilled,
+                culled: ends.culled + own.culled_late,
+                blended: self.blended,
+                dropped: chains.dropped,
+                ..ends.fragments
+            },
+            dropped_since: "no section was free (see `overflow_sections` and `outside_sections`)",
+            streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
+            memories: memory_tallies(memories, peak_words),
+            seed_accesses: chains.stored + own.fragments_read,
+            seed_bytes: seed_bytes(cfg, u64::from(cfg.chains.null - cfg.chains.owned)),
+            seed_bytes_used: seed_bytes(cfg, own.peak_sections),
+            own: figures,
+        }
+    }
+}
+
+/// Storage as seed 000 counts it (its Table 2), in bytes: `(W*H + N_L) * (D_avg*S_f + S_a)` for `overflow`
+/// sections (N_L) beyond the pixels' own, with 2 bytes for an address and 6 for a fragment without its x
+/// and y.
+pub fn seed_bytes(cfg: &Config, overflow: u64) -> u64 {
+    let sections = u64::from(cfg.screen.pixels()) + overflow;
+    sections * section_bytes(cfg.params.section_capacity)
+}

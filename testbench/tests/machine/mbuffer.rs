@@ -1,0 +1,87 @@
+//! The M-buffer.
+
+use crate::frames::{
+    ENOUGH, OverFrames, Setup, Tested, check_drops, one_frame, papers_frames_at_the_target_rate,
+    properties, tried, without_place,
+};
+use pellucid_hw::allocator::FreeList;
+use pellucid_hw::machine::Check;
+use pellucid_hw::mbuffer::MBuffer;
+use pellucid_hw::mbuffer::config::{Config, Params, Weights};
+use pellucid_hw::pixel::Screen;
+use pellucid_hw::tbuffer::config::Scan;
+use proptest::prelude::*;
+
+type Buffer = MBuffer<FreeList>;
+
+impl Tested for Buffer {
+    fn machines(screen: Screen) -> BoxedStrategy<Config> {
+        params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
+    }
+
+    fn over_frames(check: &Check) -> OverFrames {
+        let peak = check.what.starts_with("sections beyond");
+        if peak { OverFrames::Max } else { OverFrames::Together }
+    }
+}
+
+properties!(Buffer);
+
+/// Parameters with which no fragment of a random frame is dropped.
+fn params() -> impl Strategy<Value = Params> {
+    let flags = (any::<bool>(), any::<bool>());
+    let depths = (1..=5u32, prop_oneof![1..=9u32, Just(32)]);
+    let sections = prop_oneof![
+        3 => (0..=30u32).prop_map(|s| (s, ENOUGH)),
+        1 => Just((ENOUGH, 0)),
+    ];
+    (flags, depths, sections, (1..=20u32, 2..=9u32)).prop_map(
+        |((memory, bitmap), (section_capacity, array), sections, outside)| Params {
+            weights: if memory { Weights::Memory } else { Weights::Registers },
+            scan: if bitmap { Scan::Bitmap } else { Scan::Linear },
+            section_capacity,
+            array,
+            overflow_sections: sections.0,
+            outside_sections: sections.1,
+            outside_latency: outside.0,
+            reads_in_flight: outside.1,
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    /// Wherever the weights are kept and however many cells there are, the image is the same.
+    #[test]
+    fn weights_in_registers_and_in_memory_are_the_same(
+        (setup, frame) in one_frame::<Buffer>(),
+        array in 1..=32u32,
+    ) {
+        let screen = setup.screen();
+        let params = |weights| Params { weights, array, ..setup.cfg.params };
+        let images = [Weights::Registers, Weights::Memory].map(|weights| {
+            let cfg = Config::new(screen, params(weights)).unwrap();
+            Setup::<Buffer> { cfg, ..setup }.run(std::slice::from_ref(&frame))
+        });
+        let [registers, memory] = images.map(|run| tried(run).map(|run| run.images));
+        prop_assert_eq!(registers?, memory?);
+    }
+
+    #[test]
+    fn a_full_machine_drops_what_finds_no_section(
+        (mut setup, frame) in one_frame::<Buffer>(), sections in 0..20u32, outside in 0..20u32,
+    ) {
+        let Config { screen, params, .. } = setup.cfg;
+        let params = Params { overflow_sections: sections, outside_sections: outside, ..params };
+        setup.cfg = Config::new(screen, params).unwrap();
+        let capacity = params.section_capacity;
+        let dropped = without_place(screen, &frame, sections + outside, capacity, true);
+        check_drops(&setup, &frame, &dropped)?;
+    }
+}
+
+#[test]
+fn the_papers_frames_are_resolved_at_the_target_rate() {
+    papers_frames_at_the_target_rate("mbuffer", "registers");
+}
