@@ -141,7 +141,7 @@ fn cells(cycle: &Cycle<TBuffer<FreeList>>) -> Vec<(&'static str, Cell)> {
         ("arrived", marked(o.chains.arrived, |a| letter(a.rgba))),
         ("sorted", marked(o.sorted, |s| letter(s.rgba))),
         ("release", stream(o.chains.release, section)),
-        ("scanout", Cell::State(state_name(q.scanout.fsm))),
+        ("scanout", Cell::State(state_name(q.display.scanout.fsm))),
         ("image", stream(o.image, |colour| format!("{colour:06x}"))),
     ]
 }
