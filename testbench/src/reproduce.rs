@@ -3,7 +3,7 @@
 //!
 //! The sizes are those with which the printed percentages come out: 6 bytes for a fragment of T-buffer
 //! and M-buffer, 10 for one of the R-buffer, 4 for a depth, 2 for an address; three fragments in a
-//! section of the T-buffer, two in one of the M-buffer. The M-buffer is present as a closed form alone.
+//! section of the T-buffer, two in one of the M-buffer.
 
 use crate::report::{align_right, at_margin, grouped};
 use crate::trial::Trial;
@@ -11,11 +11,9 @@ use comfy_table::{Table, presets};
 use pellucid_hw::machine::Census;
 use pellucid_hw::params::ParamError;
 use pellucid_hw::pixel::Screen;
-use pellucid_hw::{rbuffer, tbuffer};
+use pellucid_hw::{mbuffer, rbuffer, tbuffer};
 use serde_json::{Value as Json, json};
 
-/// Fragments in a section of the M-buffer.
-const MBUFFER_SECTION: u64 = 2;
 /// The section capacities that are tried.
 const CAPACITIES: std::ops::RangeInclusive<u32> = 1..=8;
 /// The section capacity of the document's comparison.
@@ -43,8 +41,8 @@ pub struct Frame {
     pub tbuffer: [Need; 2],
     /// R-buffer: by the closed form, counted.
     pub rbuffer: [Need; 2],
-    /// M-buffer, by the closed form.
-    pub mbuffer: Need,
+    /// M-buffer: by the closed form, counted.
+    pub mbuffer: [Need; 2],
 }
 
 /// `N_i` with its `i`.
@@ -69,7 +67,8 @@ fn counted(trial: &Trial) -> Need {
 }
 
 impl Frame {
-    /// The frame `name` whose fragments are as `census` says, and what the two machines counted.
+    /// The frame `name` whose fragments are as `census` says, and what T-buffer, R-buffer and
+    /// M-buffer counted.
     ///
     /// # Errors
     /// The screen is too large for a machine.
@@ -77,14 +76,21 @@ impl Frame {
         name: &str,
         screen: Screen,
         census: Census,
-        tbuffer: &Trial,
-        rbuffer: &Trial,
+        [tbuffer, rbuffer, mbuffer]: [&Trial; 3],
     ) -> Result<Frame, ParamError> {
-        let (fragments, pixels) = (census.stored, u64::from(screen.pixels()));
+        let fragments = census.stored;
         let popped: u64 = layers(&census).map(|(n, i)| n * i * (i + 1) / 2).sum();
         let cfg = rbuffer::config::Config::new(screen, rbuffer::config::Params::default())?;
-        let overflow: u64 =
-            layers(&census).map(|(n, i)| n * (i.div_ceil(MBUFFER_SECTION) - 1)).sum();
+        let params = mbuffer::config::Params::default();
+        let section = u64::from(params.section_capacity);
+        let overflow = layers(&census).map(|(n, i)| n * (i.div_ceil(section) - 1)).sum();
+        let m = Need {
+            accesses: 2 * fragments,
+            bytes: mbuffer::monitor::seed_bytes(
+                &mbuffer::config::Config::new(screen, params)?,
+                overflow,
+            ),
+        };
         let t = Need {
             accesses: 2 * fragments + census.pixels(),
             bytes: tbuffer_bytes(&census, screen, CAPACITY)?,
@@ -93,15 +99,11 @@ impl Frame {
             accesses: 2 * fragments + 2 * popped,
             bytes: rbuffer::monitor::seed_bytes(&cfg, fragments),
         };
-        let mbuffer = Need {
-            accesses: 2 * fragments,
-            bytes: (pixels + overflow) * (MBUFFER_SECTION * 6 + 2),
-        };
         Ok(Frame {
             name: name.to_string(),
             tbuffer: [t, counted(tbuffer)],
             rbuffer: [r, counted(rbuffer)],
-            mbuffer,
+            mbuffer: [m, counted(mbuffer)],
             census,
             screen,
         })
@@ -109,7 +111,7 @@ impl Frame {
 
     /// Whether the clocked machines counted what the closed forms say.
     pub fn is_exact(&self) -> bool {
-        self.tbuffer[0] == self.tbuffer[1] && self.rbuffer[0] == self.rbuffer[1]
+        [self.tbuffer, self.rbuffer, self.mbuffer].iter().all(|[form, counted]| form == counted)
     }
 }
 
@@ -170,7 +172,7 @@ impl Reproduction {
             let above = above.map(|(_, frame)| frame.name.clone()).collect();
             let storage = [
                 percent(each().map(|(bytes, frame)| (bytes, frame.rbuffer[0].bytes))),
-                percent(each().map(|(bytes, frame)| (bytes, frame.mbuffer.bytes))),
+                percent(each().map(|(bytes, frame)| (bytes, frame.mbuffer[0].bytes))),
             ];
             capacities.push(Capacity { capacity, storage, above });
         }
@@ -190,7 +192,7 @@ impl Reproduction {
             line(
                 "T-buffer accesses against M-buffer",
                 27.0,
-                of(|f| (f.tbuffer[1].accesses, f.mbuffer.accesses)),
+                of(|f| (f.tbuffer[1].accesses, f.mbuffer[1].accesses)),
             ),
             line(
                 "T-buffer storage against R-buffer",
@@ -200,7 +202,7 @@ impl Reproduction {
             line(
                 "T-buffer storage against M-buffer",
                 -67.0,
-                of(|f| (f.tbuffer[1].bytes, f.mbuffer.bytes)),
+                of(|f| (f.tbuffer[1].bytes, f.mbuffer[1].bytes)),
             ),
         ]
     }
@@ -213,15 +215,15 @@ impl Reproduction {
     fn needs(&self, title: &str, part: fn(&Need) -> u64) -> String {
         let mut table = Table::new();
         table.load_style(presets::NOTHING);
-        table.add_row([title, "T counted", "T form", "R counted", "R form", "M form"]);
+        table.add_row([title, "T counted", "T form", "R counted", "R form", "M counted", "M form"]);
         for frame in &self.frames {
-            let [t, r] = [frame.tbuffer, frame.rbuffer];
-            let needs = [t[1], t[0], r[1], r[0], frame.mbuffer];
+            let [t, r, m] = [frame.tbuffer, frame.rbuffer, frame.mbuffer];
+            let needs = [t[1], t[0], r[1], r[0], m[1], m[0]];
             let mut row = vec![format!("  {}", frame.name)];
             row.extend(needs.iter().map(|need| grouped(&json!(part(need)))));
             table.add_row(row);
         }
-        align_right(&mut table, &[1, 2, 3, 4, 5]);
+        align_right(&mut table, &[1, 2, 3, 4, 5, 6]);
         table.to_string()
     }
 
@@ -267,7 +269,7 @@ impl Reproduction {
                     "pixels": frame.census.pixels(),
                     "tbuffer": both(&frame.tbuffer),
                     "rbuffer": both(&frame.rbuffer),
-                    "mbuffer": json!({ "closed_form": need(&frame.mbuffer) }),
+                    "mbuffer": both(&frame.mbuffer),
                 })
             })
             .collect();

@@ -105,9 +105,9 @@ impl Verdict {
                     .to_string()
             }
             Arithmetic::Weights => format!(
-                "The image equals the golden model of its weighted sum, bit for bit, {mismatched_pixels} \
-                 pixels differ from the exact blend by {max_error} levels at most (allowed: {}), and every \
-                 count equals its closed form.",
+                "The image equals the golden model of its weighted sum, bit for bit, and every count its \
+                 closed form. {mismatched_pixels} pixels differ from the exact blend, by {max_error} of \
+                 255 at most; its arithmetic allows {}.",
                 self.error_bound
             ),
         })

@@ -5,6 +5,8 @@ mod tools;
 
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Frame, Machine, Phase};
+use pellucid_hw::mbuffer::MBuffer;
+use pellucid_hw::mbuffer::config as mbuffer;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config as rbuffer;
@@ -21,12 +23,14 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 5] = [
+const WAYS: [&[&str]; 7] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
     &["--arch", "rbuffer"],
+    &["--arch", "mbuffer", "-p", "weights=registers"],
+    &["--arch", "mbuffer", "-p", "weights=memory"],
 ];
 
 /// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the
@@ -42,6 +46,16 @@ fn tight(arch: &str) -> &'static [&'static str] {
             "sorter_depth=2",
             "-p",
             "section_capacity=2",
+        ],
+        "mbuffer" => &[
+            "-p",
+            "overflow_sections=150",
+            "-p",
+            "outside_sections=900",
+            "-p",
+            "outside_latency=9",
+            "-p",
+            "array=2",
         ],
         _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
     }
@@ -178,6 +192,22 @@ fn the_evaluator_goes_through_frames_as_the_rbuffer_does() {
 }
 
 #[test]
+fn the_evaluator_goes_through_frames_as_the_mbuffer_does() {
+    for weights in [mbuffer::Weights::Registers, mbuffer::Weights::Memory] {
+        let params = mbuffer::Params {
+            overflow_sections: 10,
+            outside_sections: 30,
+            outside_latency: 4,
+            array: 2,
+            reads_in_flight: 6,
+            weights,
+            ..mbuffer::Params::default()
+        };
+        compare_with_evaluator::<MBuffer<FreeList>>(mbuffer::Config::new(SCREEN, params).unwrap());
+    }
+}
+
+#[test]
 fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
@@ -222,7 +252,7 @@ fn verilator_agrees_over_a_large_frame_and_over_stress() {
     if !tools::have(&["verilator"]) {
         return;
     }
-    for arch in ["tbuffer", "rbuffer"] {
+    for arch in ["tbuffer", "rbuffer", "mbuffer"] {
         let folder = export(&["--arch", arch, "--scene", "paper-480"]);
         passes(folder.path(), &verilator(folder.path()));
     }
@@ -285,5 +315,23 @@ fn a_fault_in_the_text_of_the_rbuffer_is_seen() {
             ("selector.v", "farthest_data < ", "farthest_data > "),
             ("selector.v", "pixels_data[0] ^ ", "pixels_data[1] ^ "),
         ],
+    );
+}
+
+#[test]
+fn a_fault_in_the_text_of_the_mbuffer_is_seen() {
+    faults_are_seen(
+        &[&["--arch", "mbuffer"], tight("mbuffer")].concat(),
+        &[
+            ("array.v", "_z_q == cells_0_z_q", "_z_q != cells_0_z_q"),
+            ("array.v", "count_q < from_q", "count_q > from_q"),
+            ("store.v", "owns || ", "owns && "),
+            ("sum.v", "so_far_r_q + ", "so_far_g_q + "),
+        ],
+    );
+    let in_memory = ["--arch", "mbuffer", "-p", "weights=memory"];
+    faults_are_seen(
+        &[&in_memory, tight("mbuffer")].concat(),
+        &[("weigh.v", "word_data_z_i < ", "word_data_z_i > ")],
     );
 }

@@ -131,12 +131,13 @@ impl Block for Weigh {
                 if i.word.valid {
                     let stored = i.word.data;
                     let nearer = i.fragment.z <= stored.z;
+                    let weight = if nearer { stored.weight } else { q.weight };
+                    let weight = behind(weight, if nearer { i.fragment.rgba } else { stored.rgba });
                     if nearer {
-                        let weight = behind(stored.weight, i.fragment.rgba);
                         o.write = Stream::offer(q.place);
                         o.word = Word { weight, ..stored };
                     } else {
-                        d.weight = behind(q.weight, stored.rgba);
+                        d.weight = weight;
                     }
                     let in_tail = q.place.section == i.entry.tail;
                     let fill = if in_tail { i.entry.fill } else { cfg.shape.capacity };

@@ -50,8 +50,8 @@ fn each_arithmetic_is_held_to_its_own_image() {
     assert_eq!(weights.image.mismatched_pixels, 1);
     assert_eq!(
         weights.approval().unwrap(),
-        "The image equals the golden model of its weighted sum, bit for bit, 1 pixels differ from the \
-         exact blend by 1 levels at most (allowed: 1), and every count equals its closed form."
+        "The image equals the golden model of its weighted sum, bit for bit, and every count its closed \
+         form. 1 pixels differ from the exact blend, by 1 of 255 at most; its arithmetic allows 1."
     );
 }
 

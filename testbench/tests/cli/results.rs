@@ -167,7 +167,8 @@ fn the_waveform_is_read_back() {
     let hierarchy = wave.hierarchy();
     let vars: Vec<&wellen::Var> = hierarchy.all_vars().map(|var| &hierarchy[var]).collect();
     let var = |name| vars.iter().find(|var| var.full_name(hierarchy) == name).unwrap();
-    for name in ["top.clk", "top.machine.wires.image.valid", "top.machine.registers.store.fsm"] {
+    let store = "top.machine.registers.chains.store.fsm";
+    for name in ["top.clk", "top.machine.wires.image.valid", store] {
         var(name);
     }
     let phase = var("top.machine.registers.course.phase");
