@@ -6,6 +6,7 @@
 use divan::{Bencher, counter::ItemsCount};
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::Machine;
+use pellucid_hw::mbuffer::{self, MBuffer};
 use pellucid_hw::params::Preset;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::rbuffer::{self, RBuffer};
@@ -40,6 +41,11 @@ fn tbuffer(screen: Screen, preset: &str) -> Bench<TBuffer<FreeList>> {
 fn rbuffer(screen: Screen, preset: &str) -> Bench<RBuffer> {
     let params = params(rbuffer::config::PRESETS, preset);
     Bench::new(rbuffer::config::Config::new(screen, params).unwrap())
+}
+
+fn mbuffer(screen: Screen, preset: &str) -> Bench<MBuffer<FreeList>> {
+    let params = params(mbuffer::config::PRESETS, preset);
+    Bench::new(mbuffer::config::Config::new(screen, params).unwrap())
 }
 
 /// One frame through a new machine; the cycles that it took.
@@ -95,6 +101,16 @@ fn cycles_untraced_paper(bencher: Bencher, scene: &str) {
 #[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
 fn cycles_untraced_rbuffer(bencher: Bencher, scene: &str) {
     bench_cycles(bencher, scene, |screen| rbuffer(screen, "on-chip"), None);
+}
+
+#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
+fn cycles_untraced_mbuffer(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, |screen| mbuffer(screen, "registers"), None);
+}
+
+#[divan::bench(args = ["paper-480"], sample_count = 5)]
+fn cycles_untraced_mbuffer_memory(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, |screen| mbuffer(screen, "memory"), None);
 }
 
 #[divan::bench(args = ["paper-480"], sample_count = 3)]

@@ -8,6 +8,7 @@ mod timing;
 
 use page::{documented, holds, link_targets, root, text_of};
 use pellucid_hw::allocator::{self, FreeList};
+use pellucid_hw::mbuffer;
 use pellucid_hw::params::{Parameters, Preset};
 use pellucid_hw::pixel::Screen;
 use pellucid_hw::rbuffer;
@@ -24,10 +25,16 @@ use std::process::Command;
 fn what_pages_quote_from_the_sources_is_there() {
     let example = documented("sim/src/lib.rs", "```\n");
     holds("clock.md", "example", &format!("```rust\n{example}\n```\n"));
-    for arch in ["tbuffer", "rbuffer"] {
+    for arch in ["tbuffer", "rbuffer", "mbuffer"] {
         let diagram = documented(&format!("hw/src/{arch}/mod.rs"), "```text\n");
         holds(&format!("{arch}.md"), "diagram", &format!("```text\n{diagram}\n```\n"));
     }
+    for (file, part) in [("mod", "chains"), ("read_back", "read-back")] {
+        let diagram = documented(&format!("hw/src/chains/{file}.rs"), "```text\n");
+        holds("tbuffer.md", part, &format!("```text\n{diagram}\n```\n"));
+    }
+    let line = documented("hw/src/mbuffer/array.rs", "```text\n");
+    holds("mbuffer.md", "array", &format!("```text\n{line}\n```\n"));
 }
 
 /// The tables of an architecture's parameters and presets.
@@ -60,6 +67,7 @@ fn parameters_and_presets<P: Parameters + Default>(page: &str, presets: &[Preset
 fn the_tables_of_parameters_and_presets_are_those_of_the_code() {
     parameters_and_presets("tbuffer.md", PRESETS);
     parameters_and_presets("rbuffer.md", rbuffer::config::PRESETS);
+    parameters_and_presets("mbuffer.md", mbuffer::config::PRESETS);
 }
 
 /// Collects the state machines of a bundle of registers.
@@ -92,8 +100,11 @@ fn the_numbers_of_states_are_those_of_the_code() {
     let cfg = rbuffer::config::Config::new(screen, rbuffer::config::Params::default()).unwrap();
     let mut rbuffer = StateMachines::default();
     rbuffer::State::declare(&cfg, "registers", &mut rbuffer);
+    let cfg = mbuffer::config::Config::new(screen, mbuffer::config::Params::default()).unwrap();
+    let mut mbuffer = StateMachines::default();
+    mbuffer::State::<FreeList>::declare(&cfg, "registers", &mut mbuffer);
     let mut table = String::from("| architecture | state machine | states |\n|---|---|---|\n");
-    for (arch, machines) in [("tbuffer", tbuffer), ("rbuffer", rbuffer)] {
+    for (arch, machines) in [("tbuffer", tbuffer), ("rbuffer", rbuffer), ("mbuffer", mbuffer)] {
         for (path, states) in machines.found {
             let states: Vec<String> = states
                 .iter()
