@@ -10,6 +10,7 @@ use crate::source::Source;
 use crate::trial::{Case, CaseError, Trial};
 use anyhow::bail;
 use clap::Args;
+use comfy_table::Table;
 use indicatif::MultiProgress;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -125,7 +126,11 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     if args.json {
         say(&format!("{:#}\n", comparison.json()))?;
     } else if !args.quiet {
-        say(&format!("{}\n{}", comparison.table(), summary(args, &comparison)))?;
+        say(&format!(
+            "{}\n{}",
+            comparison.table(Table::new().width()),
+            summary(args, &comparison)
+        ))?;
     }
     Ok(pass)
 }

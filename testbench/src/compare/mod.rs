@@ -143,23 +143,42 @@ impl Comparison {
         text
     }
 
-    /// All figures as a table: a column for each machine, a group of lines for each scene.
-    pub fn table(&self) -> String {
+    /// All figures as a table: a column for each machine, a group of lines for each scene. Machines that
+    /// do not fit into `width` columns, if that is limited, follow below.
+    pub fn table(&self, width: Option<u16>) -> String {
+        let all = self.machines.len();
+        let fits = |machines: &usize| {
+            let columns = |table: &str| table.lines().map(|line| line.chars().count()).max();
+            let mut parts = (0..all).step_by(*machines).map(|from| self.part(from, *machines));
+            width.is_none_or(|width| parts.all(|part| columns(&part) <= Some(width.into())))
+        };
+        let machines = (1..=all).rev().find(fits).unwrap_or(1);
+        let parts: Vec<String> =
+            (0..all).step_by(machines).map(|from| self.part(from, machines)).collect();
+        parts.join("\n")
+    }
+
+    /// The table of so many machines, from one on.
+    fn part(&self, from: usize, machines: usize) -> String {
         let mut table = Table::new();
         table.load_style(presets::NOTHING);
         let mut head = vec![String::new(), String::new()];
         // A setting a line, so that a column is not much wider than its figures.
-        head.extend(self.machines.iter().map(|name| name.replace(',', ",\n")));
+        let names = self.machines.iter().skip(from).take(machines);
+        head.extend(names.map(|name| name.replace(',', ",\n")));
         table.add_row(head);
         for scene in &self.scenes {
             table.add_row([format!("SCENE {}", scene.case.scene)]);
             for Row { figure, values } in scene.rows() {
                 let mut row = vec![format!("  {}", figure.key()), figure.unit.to_string()];
-                row.extend(values.into_iter().map(grouped));
+                row.extend(values.into_iter().skip(from).take(machines).map(grouped));
                 table.add_row(row);
             }
         }
-        align_right(&mut table, &(2..2 + self.machines.len()).collect::<Vec<_>>());
+        align_right(
+            &mut table,
+            &(2..2 + machines.min(self.machines.len() - from)).collect::<Vec<_>>(),
+        );
         at_margin(&table.to_string())
     }
 
@@ -173,5 +192,42 @@ impl Comparison {
         put(&path, &page)?;
         put(&folder.join("compare.json"), &format!("{:#}\n", self.json()))?;
         put(&folder.join("compare.csv"), &self.csv())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arch::Architecture;
+    use crate::progress::Progress;
+    use crate::scene::Options;
+    use crate::source::Source;
+
+    #[test]
+    fn machines_that_do_not_fit_follow_below() {
+        let options = Options { width: Some(8), height: Some(6), ..Options::default() };
+        let mut progress = Progress::new("", None, true);
+        let source = Source::open("glass", &options).unwrap();
+        let arch = Architecture::named("tbuffer").unwrap();
+        let machine = arch.build(source.screen(), None, &[]).unwrap();
+        let case = Case::new("glass", source, [machine.arithmetic()], &mut progress).unwrap();
+        let run = |_| case.run(arch.name, &*machine, None, &mut progress).unwrap();
+        let trials: Vec<Trial> = (0..5).map(run).collect();
+        let machines = (0..5).map(|k| format!("machine-{k}")).collect();
+        let scenes = vec![Compared { case, trials }];
+        let comparison = Comparison { command: String::new(), machines, scenes };
+
+        let whole = comparison.table(None);
+        assert_eq!(whole.matches("SCENE glass").count(), 1);
+        let longest = |text: &str| text.lines().map(str::len).max().unwrap();
+        assert_eq!(comparison.table(Some(longest(&whole) as u16)), whole);
+        for (width, parts) in [(longest(&whole) - 1, 2), (10, 5)] {
+            let table = comparison.table(Some(width as u16));
+            assert!(longest(&table) <= width || width == 10, "{table}");
+            assert_eq!(table.matches("SCENE glass").count(), parts, "{table}");
+            for machine in &comparison.machines {
+                assert_eq!(table.matches(&**machine).count(), 1, "{table}");
+            }
+        }
     }
 }

@@ -25,9 +25,15 @@ body { font-family: sans-serif; line-height: 1.4; margin: 2em auto; max-width: 7
 table { border-collapse: collapse; }
 th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
+th.machine { max-width: 14em; overflow-wrap: break-word; text-align: right; }
+td small { color: #555; display: block; max-width: 26em; }
 tr.scene th { border-bottom: 1px solid #888; padding-top: 1em; }
 pre { background: #eee; overflow-x: auto; padding: 0.5em; }
 figure { margin: 1.5em 0; overflow-x: auto; }
+.wide { overflow-x: auto; }
+.plots { display: flex; flex-wrap: wrap; gap: 0 1em; }
+.plots figure { margin: 0.5em 0; width: 34em; }
+.plots svg { height: auto; width: 100%; }
 img { border: 1px solid #888; image-rendering: pixelated; max-width: 100%; min-width: 20em; }
 .colour { border: 1px solid #888; display: inline-block; height: 0.8em; width: 1.6em; }
 .sample { margin-right: 1.5em; }
@@ -124,24 +130,32 @@ fn machines(comparison: &Comparison) -> String {
 
 /// All figures.
 fn table(comparison: &Comparison) -> String {
-    let heads = comparison.machines.iter().map(|name| format!("<th>{}</th>", escaped(name)));
+    let heads = comparison
+        .machines
+        .iter()
+        .map(|name| format!("<th class=\"machine\">{}</th>", escaped(name)));
     let heads: String = heads.collect();
     let mut text = format!(
-        "<h2>Figures</h2>\n<table id=\"figures\">\n\
-         <tr><th>figure</th>{heads}<th>unit</th><th>meaning</th></tr>\n"
+        "<h2>Figures</h2>\n<div class=\"wide\">\n<table id=\"figures\">\n\
+         <tr><th>figure</th>{heads}</tr>\n"
     );
-    let columns = comparison.machines.len() + 3;
-    for scene in &comparison.scenes {
+    let columns = comparison.machines.len() + 1;
+    for (k, scene) in comparison.scenes.iter().enumerate() {
         let name = escaped(&scene.case.scene);
         text += &format!("<tr class=\"scene\"><th colspan=\"{columns}\">{name}</th></tr>\n");
         for Row { figure, values } in scene.rows() {
             let cell = |value| format!("<td class=\"number\">{}</td>", grouped(value));
             let cells: String = values.into_iter().map(cell).collect();
             let (key, unit, about) = (figure.key(), figure.unit, escaped(figure.about));
-            text += &format!("<tr><td>{key}</td>{cells}<td>{unit}</td><td>{about}</td></tr>\n");
+            // What it means is told once.
+            let meaning = match k {
+                0 => format!("<small>in {unit}. {about}</small>"),
+                _ => String::new(),
+            };
+            text += &format!("<tr><td>{key}{meaning}</td>{cells}</tr>\n");
         }
     }
-    text + "</table>\n"
+    text + "</table>\n</div>\n"
 }
 
 /// The plots of figures.
@@ -154,7 +168,7 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
         let RGBColor(r, g, b) = plots::colour(k);
         text += &sample(u32::from_be_bytes([0, r, g, b]), machine);
     }
-    text += "</p>\n";
+    text += "</p>\n<div class=\"plots\">\n";
     let names: Vec<&str> = comparison.scenes.iter().map(|scene| &*scene.case.scene).collect();
     for (group, name) in PLOTTED {
         let rows = comparison.scenes.iter().filter_map(|scene| scene.row(group, name));
@@ -166,7 +180,7 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
         let svg = plots::groups(&names, &values, figure.unit)?;
         text += &plot(&svg, &format!("{}, in {}. {}", figure.key(), figure.unit, figure.about));
     }
-    Ok(text)
+    Ok(text + "</div>\n")
 }
 
 /// What a scene looks like, and how deep it is.
