@@ -15,9 +15,12 @@
 //! on. What a read of the same word in the same cycle as its write gives is stated by
 //! [`ReadDuringWrite`].
 
+mod cells;
+
 use crate::memory::{FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo};
 use crate::signals::{Declare, Signals, width_of};
 use bitvec::vec::BitVec;
+use cells::Cells;
 use pellucid_sim_derive::Signals;
 
 /// What a memory shows.
@@ -111,7 +114,7 @@ impl<T: Copy> Port<T> {
 /// The words, their traffic and their faults: what both kinds of memory share.
 struct Words<T: Signals> {
     /// The words up to the highest that was written; those beyond hold what they held at power-up.
-    words: Vec<T>,
+    words: Cells<T>,
     size: u32,
     /// What a word's widths depend on.
     item: T::Config,
@@ -137,7 +140,7 @@ impl<T: Signals + Default> Words<T> {
         assert!(latency >= 1, "a synchronous memory answers after one cycle at the earliest");
         let known = if cfg!(debug_assertions) { words as usize } else { 0 };
         Words {
-            words: Vec::with_capacity(words as usize),
+            words: Cells::new(words, &item),
             size: words,
             item,
             latency,
@@ -175,8 +178,8 @@ impl<T: Signals + Default> Words<T> {
         const STEP: u32 = 1024;
         if self.check(addr) {
             let len = addr.saturating_add(STEP).min(self.size);
-            self.words.resize(len as usize, T::default());
-            self.words[addr as usize] = data;
+            self.words.resize(len as usize);
+            self.words.set(&self.item, addr, data);
         }
     }
 
@@ -186,8 +189,8 @@ impl<T: Signals + Default> Words<T> {
         if cfg!(debug_assertions) && !self.written.get(addr as usize).is_none_or(|w| *w) {
             self.fail(FaultKind::Unwritten(addr));
         }
-        match self.words.get(addr as usize) {
-            Some(word) => *word,
+        match self.words.get(&self.item, addr) {
+            Some(word) => word,
             None => {
                 self.check(addr);
                 T::default()
@@ -203,9 +206,8 @@ impl<T: Signals + Default> Words<T> {
         {
             self.fail(FaultKind::Overflow(overflow));
         }
-        match self.words.get_mut(addr as usize) {
-            Some(word) => *word = data,
-            None => self.grow(addr, data),
+        if !self.words.set(&self.item, addr, data) {
+            self.grow(addr, data);
         }
         if cfg!(debug_assertions) && (addr as usize) < self.written.len() {
             self.written.set(addr as usize, true);

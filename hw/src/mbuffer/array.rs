@@ -117,7 +117,6 @@ pub struct State {
     /// Something moves.
     pub busy: bool,
     /// In front of each cell, the fragment that comes to it.
-    #[with(())]
     #[len(cfg.cells)]
     pub travellers: [Traveller; MAX_CELLS],
     /// In front of each cell, the token that comes to it.
@@ -125,7 +124,6 @@ pub struct State {
     #[len(cfg.cells)]
     pub tokens: [Stream<Marked<Term>>; MAX_CELLS],
     /// What the cells hold.
-    #[with(())]
     #[len(cfg.cells)]
     pub cells: [Settled; MAX_CELLS],
     /// What leaves.

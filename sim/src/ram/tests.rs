@@ -127,3 +127,37 @@ fn reset_forgets_what_is_under_way_and_keeps_the_words() {
     step(&mut ram, None, None);
     assert_eq!(ram.q(), Read { valid: true, data: 5 });
 }
+
+/// A word of three bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(())]
+struct Small {
+    flag: bool,
+    #[width(2)]
+    number: u32,
+}
+
+#[test]
+fn words_of_few_bits_are_packed_and_keep_to_themselves() {
+    const WORDS: u32 = 100;
+    let word = |k: u32| Small { flag: k.is_multiple_of(3), number: k % 4 };
+    let mut ram = Ram1R1W::<Small>::new(WORDS, (), 1, ReadDuringWrite::New);
+    assert!(matches!(ram.core.words, Cells::Packed(_)));
+    assert!(matches!(Ram1RW::<u32>::new(WORDS, 5, 1).core.words, Cells::Values(_)));
+    // In an order in which each has neighbours that are written before and after it.
+    for k in (0..WORDS).map(|k| k * 37 % WORDS) {
+        ram.write(k, word(k + 1));
+        assert!(!ram.clock());
+        ram.write(k, word(k));
+        assert!(!ram.clock());
+    }
+    for k in 0..WORDS {
+        ram.read(k);
+        assert!(!ram.clock());
+        assert_eq!(ram.q(), Read { valid: true, data: word(k) }, "word {k}");
+    }
+    ram.read(WORDS);
+    assert!(ram.clock());
+    let fault = Some(FaultKind::Address { addr: WORDS, words: WORDS.into() });
+    assert_eq!(ram.take_fault(), fault);
+}
