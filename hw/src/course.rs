@@ -4,9 +4,13 @@
 //!                              +--------+
 //!  fragment comes, its end --->|        |---> phase, open
 //!  stored, resolved ---------->| Course |---> clear (pixel by pixel, after reset)
+//!  again --------------------->|        |---> replay
 //!  busy showing -------------->|        |---> done (banks swap, show)
 //!                              +--------+
 //! ```
+//! A machine may ask for a frame again: then the frame's next round is stored. `replay` is high until its
+//! first item comes.
+//!
 //! After reset all pixels are cleared, one a cycle. A frame is stored, then resolved; `done` comes in the
 //! cycle in which it is both complete and free to be shown, and the next frame may come in the cycle after.
 
@@ -31,6 +35,8 @@ pub struct State {
     pub ended: bool,
     /// The image is complete.
     pub resolved: bool,
+    /// The frame is asked for again.
+    pub replay: bool,
 }
 
 /// Inputs.
@@ -45,6 +51,8 @@ pub struct In {
     pub stored: bool,
     /// The frame's last pixel is written.
     pub resolved: bool,
+    /// The frame is to come again.
+    pub again: bool,
     /// The frame before is still being shown.
     pub busy: bool,
 }
@@ -57,6 +65,8 @@ pub struct Moore {
     pub phase: Phase,
     /// Fragments may come.
     pub open: bool,
+    /// What comes next is the same frame again, from its first fragment.
+    pub replay: bool,
     /// The pixel that is cleared.
     #[with(cfg.pixel_bits())]
     pub clear: Stream<u32>,
@@ -79,7 +89,13 @@ impl Block for Course {
     type Mem = ();
 
     fn reset(_: &Screen) -> State {
-        State { phase: Phase::Clear, clear: Stream::offer(0), ended: false, resolved: false }
+        State {
+            phase: Phase::Clear,
+            clear: Stream::offer(0),
+            ended: false,
+            resolved: false,
+            replay: false,
+        }
     }
 
     fn memories(_: &Screen) {}
@@ -87,7 +103,7 @@ impl Block for Course {
     #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
-        Moore { phase: q.phase, open, clear: q.clear }
+        Moore { phase: q.phase, open, replay: q.replay, clear: q.clear }
     }
 
     #[inline(always)]
@@ -122,7 +138,11 @@ impl Block for Course {
                 }
             }
         }
-        d.ended = (q.ended || (i.comes && i.end)) && !done;
+        if i.again {
+            d.phase = Phase::Store;
+        }
+        d.replay = i.again || (q.replay && !i.comes);
+        d.ended = (q.ended || (i.comes && i.end)) && !done && !i.again;
         d.resolved = resolved && !done;
         Out { done }
     }

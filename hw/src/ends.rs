@@ -25,6 +25,8 @@ pub struct Ends<'a> {
     pub culled: bool,
     /// The image is being shown.
     pub scanout: bool,
+    /// The frame came before: its fragments are counted already.
+    pub again: bool,
     /// The depth test's registers.
     pub depth_test: &'a depth_test::State,
     /// The display's registers.
@@ -75,11 +77,13 @@ impl EndsMonitor {
         }
         self.fragment.observe(ends.fragment)?;
         self.passed.observe(ends.passed)?;
-        let f = &mut self.fragments;
-        f.arrived += u64::from(ends.fragment.fires() && !ends.fragment.payload.end);
-        f.drawn += u64::from(ends.drawn);
-        f.hidden += u64::from(ends.hidden);
-        self.culled += u64::from(ends.culled);
+        if !ends.again {
+            let f = &mut self.fragments;
+            f.arrived += u64::from(ends.fragment.fires() && !ends.fragment.payload.end);
+            f.drawn += u64::from(ends.drawn);
+            f.hidden += u64::from(ends.hidden);
+            self.culled += u64::from(ends.culled);
+        }
         self.depth_test = self.depth_test.max(ends.depth_test.queue.count);
         Ok(())
     }

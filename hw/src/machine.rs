@@ -42,6 +42,9 @@ pub struct Ports {
     pub fragment_ready: bool,
     /// The image goes out, pixel by pixel, `0xRRGGBB`.
     pub image: Handshake<u32>,
+    /// What is to come next is the same frame again, from its first fragment. High from the end of a round
+    /// of the frame until its first item comes again.
+    pub replay: bool,
 }
 
 /// How a machine makes a pixel's colour of its fragments.
@@ -60,6 +63,10 @@ pub trait Machine: Netlist + Block<In = Frame, Out: Signals> {
     type Monitor: Monitor<Self>;
     /// How it makes colours.
     const ARITHMETIC: Arithmetic;
+    /// Whether it may ask for a frame again: see [`Ports::replay`].
+    fn replays(_: &Self::Config) -> bool {
+        false
+    }
     /// What the outside sees.
     fn ports(out: &Self::Out) -> Ports;
     /// The screen.

@@ -60,9 +60,12 @@ pub fn small_owned(in_memory: bool) -> chains::Config {
     small_mbuffer(in_memory).chains
 }
 
-/// An R-buffer for few pixels.
-pub fn small_rbuffer(queue: u32, outside_queue: u32) -> rbuffer::config::Config {
-    let params = rbuffer::config::Params { queue, outside_queue, outside_latency: 3 };
+/// An R-buffer for few pixels: with a queue outside, or with replay.
+pub fn small_rbuffer(queue: u32, outside: Option<u32>) -> rbuffer::config::Config {
+    use rbuffer::config::{Overflow, Params};
+    let overflow = if outside.is_some() { Overflow::Outside } else { Overflow::Replay };
+    let outside_queue = outside.unwrap_or_default();
+    let params = Params { queue, overflow, outside_queue, outside_latency: 3 };
     rbuffer::config::Config::new(screen(7, 3), params).unwrap()
 }
 

@@ -261,14 +261,16 @@ where
         if let Some((path, windows)) = wave {
             bench.record(&path, "machine", &windows)?;
         }
-        let played = source
-            .play::<BenchError>(&mut |fragment| {
-                progress.step();
-                bench.send(Marked::item(fragment))
+        let played = bench
+            .frame(|bench| {
+                source.play(&mut |fragment| {
+                    progress.step();
+                    bench.send(Marked::item(fragment))
+                })
             })
             .and_then(|()| {
                 progress.turn_to("resolving");
-                bench.end_frame_watched(|| progress.step())
+                bench.wait_for(1, || progress.step())
             });
         // The waveform is wanted most of all when the model went wrong; a frame that could not be
         // read leaves none.

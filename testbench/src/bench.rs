@@ -103,6 +103,7 @@ where
     /// The cycle in which the machine was first ready: 0 on every time axis that users see.
     ready_at: Option<u64>,
     phase: Phase,
+    replay: bool,
     wave: Option<Wave>,
     recording: Option<Recording>,
     display: Option<Box<dyn FnMut(u64) -> bool>>,
@@ -125,6 +126,7 @@ where
             screen,
             ready_at: None,
             phase: Phase::Clear,
+            replay: false,
             wave: None,
             recording: None,
             display: None,
@@ -206,6 +208,7 @@ where
             return Err(Fault::overflow(at, overflow).into());
         }
         let ports = M::ports(&cycle.out);
+        self.replay = ports.replay;
         if ports.phase != self.phase {
             self.phase = ports.phase;
             self.ready_at.get_or_insert(at);
@@ -247,26 +250,49 @@ where
         Ok(())
     }
 
-    /// Sends the end of the frame and waits until its image has been shown.
+    /// Sends a frame as often as the machine asks for it: `play` sends its fragments, the same each time.
     ///
     /// # Errors
     /// See [`BenchError`].
-    pub fn end_frame(&mut self) -> Result<(), BenchError> {
-        self.end_frame_watched(|| {})
+    pub fn frame(
+        &mut self,
+        mut play: impl FnMut(&mut Self) -> Result<(), BenchError>,
+    ) -> Result<(), BenchError> {
+        loop {
+            play(self)?;
+            self.send(Marked::end())?;
+            if !M::replays(self.sim.config()) {
+                return Ok(());
+            }
+            // It opens for the same frame again, or for the next one.
+            while !self.step(Stream::idle())? {}
+            if !self.replay {
+                return Ok(());
+            }
+        }
     }
 
-    /// [`Bench::end_frame`] that calls `each` after every cycle.
+    /// Waits until `images` images have been shown and not been taken, and calls `each` after every cycle.
     ///
     /// # Errors
     /// See [`BenchError`].
-    pub fn end_frame_watched(&mut self, mut each: impl FnMut()) -> Result<(), BenchError> {
-        let images = self.images.len();
-        self.send(Marked::end())?;
-        while self.images.len() == images {
+    pub fn wait_for(&mut self, images: usize, mut each: impl FnMut()) -> Result<(), BenchError> {
+        while self.images.len() < images {
             self.step(Stream::idle())?;
             each();
         }
         Ok(())
+    }
+
+    /// Sends the end of a frame to a machine that does not ask for it again, and waits until its image has
+    /// been shown.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn end_frame(&mut self) -> Result<(), BenchError> {
+        let images = self.images.len();
+        self.send(Marked::end())?;
+        self.wait_for(images + 1, || {})
     }
 
     /// Reset in mid-flight: whatever frame is under way is lost, and the machine clears its memories

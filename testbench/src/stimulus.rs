@@ -36,8 +36,8 @@ impl Stimulus {
         M::Out: Signals<Config = M::Config>,
     {
         if self == Stimulus::Plain {
-            source.play::<BenchError>(&mut |fragment| bench.send(Marked::item(fragment)))?;
-            return bench.end_frame();
+            bench.frame(|bench| source.play(&mut |fragment| bench.send(Marked::item(fragment))))?;
+            return bench.wait_for(1, || {});
         }
         let mut fragments = 0u64;
         source.play::<BenchError>(&mut |_| {
@@ -63,15 +63,9 @@ impl Stimulus {
         })?;
         bench.reset()?;
         // The second frame comes in while the first is still being shown.
-        source.play::<BenchError>(&mut |fragment| send(bench, fragment))?;
-        bench.send(Marked::end())?;
-        source.play::<BenchError>(&mut |fragment| send(bench, fragment))?;
-        bench.send(Marked::end())?;
-        let mut images = 0;
-        while images < 2 {
-            bench.step(Stream::idle())?;
-            images += bench.take_images().len();
+        for _ in 0..2 {
+            bench.frame(|bench| source.play(&mut |fragment| send(bench, fragment)))?;
         }
-        Ok(())
+        bench.wait_for(2, || {})
     }
 }

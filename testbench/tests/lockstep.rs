@@ -23,12 +23,13 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 7] = [
+const WAYS: [&[&str]; 8] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
     &["--arch", "rbuffer"],
+    &["--arch", "rbuffer", "-p", "overflow=replay"],
     &["--arch", "mbuffer", "-p", "weights=registers"],
     &["--arch", "mbuffer", "-p", "weights=memory"],
 ];
@@ -185,8 +186,9 @@ fn the_evaluator_goes_through_frames_as_the_tbuffer_does() {
 
 #[test]
 fn the_evaluator_goes_through_frames_as_the_rbuffer_does() {
-    for (queue, outside_queue) in [(60, 0), (3, 60)] {
-        let params = rbuffer::Params { queue, outside_queue, outside_latency: 4 };
+    use rbuffer::Overflow::{Outside, Replay};
+    for (queue, overflow, outside_queue) in [(60, Outside, 0), (3, Outside, 60), (60, Replay, 0)] {
+        let params = rbuffer::Params { queue, overflow, outside_queue, outside_latency: 4 };
         compare_with_evaluator::<RBuffer>(rbuffer::Config::new(SCREEN, params).unwrap());
     }
 }

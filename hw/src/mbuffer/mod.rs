@@ -219,6 +219,7 @@ impl<A: Allocator> Block for MBuffer<A> {
             end: i.fragment.payload.end,
             stored: chains.stored,
             resolved: chains.done,
+            again: false,
             busy: display.busy,
         };
         let frame_done = Course::next(screen, &q.course, &mut d.course, &mut (), to_course).done;

@@ -57,7 +57,12 @@ impl<A: Allocator> Machine for MBuffer<A> {
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {
-        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+        Ports {
+            phase: out.phase,
+            fragment_ready: out.fragment.ready,
+            image: out.image,
+            replay: false,
+        }
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -113,6 +118,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
             hidden: e.hidden,
             culled: e.culled_early,
             scanout: e.scanout,
+            again: false,
             depth_test: &q.depth_test,
             display: &q.display,
         })?;

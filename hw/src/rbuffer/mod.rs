@@ -5,11 +5,11 @@
 //!             +-----------+ passed       +----------+ picked   +---------+
 //! fragment -->| DepthTest |------->+---->| Selector |--------->| Blender |
 //!             +-----------+        |     +----------+          +---------+
-//!                   |              |       |      |                 |
-//!                   |       popped |       |      | pushed          |
-//!                   |          +--------+  |  +-------+             |
-//!                   |          | Passes |  |  | Queue |             |
-//!                   |          +--------+  |  +-------+             |
+//!                   |              |   ^   |      |                 |
+//!                   |       popped |   |   |      | pushed          |
+//!                   |     +--------+ +--------+ +-------+           |
+//!                   |     | Passes | | Rounds | | Queue |           |
+//!                   |     +--------+ +--------+ +-------+           |
 //!                   |              ^-------|------+                 |
 //!                   | opaque depth         | depth                  | colour
 //!                   v                      v                        v
@@ -21,7 +21,8 @@
 //!             | Scanout |--> image
 //!             +---------+
 //! ```
-//! A frame's transparent fragments go through the selector into the queue. Then pass follows pass: all that
+//! A frame's transparent fragments go through the selector into the queue, all of them or, if they do not
+//! fit and `overflow=replay`, those of one band of pixels after the other each time that the frame is sent. Then pass follows pass: all that
 //! is in the queue goes through the selector once, the farthest fragment of each pixel is blended, and the
 //! rest goes back. Nothing has to be cleared between frames.
 
@@ -29,6 +30,7 @@ pub mod config;
 pub mod monitor;
 pub mod passes;
 pub mod queue;
+pub mod rounds;
 pub mod selector;
 
 use crate::blender::{self, Blender, Sorted};
@@ -42,6 +44,7 @@ use passes::Passes;
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
 use queue::Queue;
+use rounds::Rounds;
 use selector::Selector;
 
 /// The machine.
@@ -56,8 +59,11 @@ pub struct State {
     /// See [`depth_test`].
     #[with(cfg.screen)]
     pub depth_test: depth_test::State,
+    /// See [`rounds`].
+    #[with(*cfg)]
+    pub rounds: rounds::State,
     /// See [`selector`].
-    #[with(cfg.screen)]
+    #[with(*cfg)]
     pub selector: selector::State,
     /// See [`queue`].
     #[with(cfg.queue)]
@@ -98,6 +104,8 @@ pub struct Out {
     /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
     #[with(24)]
     pub image: Handshake<u32>,
+    /// What comes next is the same frame again, from its first fragment.
+    pub replay: bool,
     /// Transparent fragments in front, then the end of the arrivals.
     #[with(cfg.screen)]
     pub passed: Handshake<Marked<PixelFragment>>,
@@ -127,6 +135,12 @@ pub struct Events {
     pub spilled: bool,
     /// A fragment found no room.
     pub dropped: bool,
+    /// The frame is sent again.
+    pub again: bool,
+    /// A round ends, and the frame is to be sent again.
+    pub round_ends: bool,
+    /// It ends since the fragments of its band do not fit.
+    pub round_failed: bool,
     /// A pass begins with the next cycle.
     pub pass_begins: bool,
     /// A stored fragment turned out to be hidden.
@@ -143,8 +157,9 @@ pub struct Events {
     name = "rbuffer",
     input = cfg.screen,
     output = *cfg,
-    check(RBuffer, crate::test_util::small_rbuffer(4, 7)),
-    check(RBuffer, crate::test_util::small_rbuffer(9, 0))
+    check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
+    check(RBuffer, crate::test_util::small_rbuffer(9, Some(0))),
+    check(RBuffer, crate::test_util::small_rbuffer(4, None))
 )]
 impl Block for RBuffer {
     type Config = Config;
@@ -158,7 +173,8 @@ impl Block for RBuffer {
         State {
             course: Course::reset(&cfg.screen),
             depth_test: DepthTest::reset(&cfg.screen),
-            selector: Selector::reset(&cfg.screen),
+            rounds: Rounds::reset(cfg),
+            selector: Selector::reset(cfg),
             queue: Queue::reset(&cfg.queue),
             passes: Passes::reset(&cfg.queue),
             blender: Blender::reset(&cfg.screen),
@@ -168,7 +184,7 @@ impl Block for RBuffer {
 
     fn memories(cfg: &Config) -> Mem {
         Mem {
-            selector: Selector::memories(&cfg.screen),
+            selector: Selector::memories(cfg),
             queue: Queue::memories(&cfg.queue),
             depth_test: DepthTest::memories(&cfg.screen),
             display: Display::memories(&cfg.screen),
@@ -185,9 +201,10 @@ impl Block for RBuffer {
         let course = Course::moore(screen, &q.course, &());
         let display = Display::moore(screen, &q.display, &m.display);
         let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
-        let selector_ready = Selector::moore(screen, &q.selector, &m.selector).ready;
+        let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
+        let round = Rounds::moore(cfg, &q.rounds, &());
 
         // Arrivals, clocked from a frame's first offer on.
         let fragment_ready = course.open && depth_test_ready;
@@ -227,12 +244,14 @@ impl Block for RBuffer {
                 depth: display.depth,
                 pushed_ready: queue.ready,
                 full: queue.full,
+                round,
                 clear: course.clear,
             };
-            Selector::next(screen, &q.selector, &mut d.selector, &mut m.selector, to_selector)
+            Selector::next(cfg, &q.selector, &mut d.selector, &mut m.selector, to_selector)
         } else {
             selector::Out::default()
         };
+        let stored = select.ended && !resolving;
         let queued = if storing || resolving {
             let to_queue =
                 queue::In { push: select.pushed, pop: resolving && passes.items && selector_ready };
@@ -242,7 +261,6 @@ impl Block for RBuffer {
         };
 
         // Passes, clocked from the end of the arrivals on.
-        let stored = select.ended && !resolving;
         let pass = if stored || resolving {
             let to_passes = passes::In {
                 start: stored,
@@ -254,7 +272,14 @@ impl Block for RBuffer {
         } else {
             passes::Out::default()
         };
-        let picked = if pass.done { Stream::offer(Marked::end()) } else { select.picked };
+        let to_rounds = rounds::In {
+            overflowed: select.overflowed,
+            stored,
+            roomy: queue.count <= cfg.queue.on_chip >> 1,
+            emptied: pass.done,
+        };
+        let rounds = Rounds::next(cfg, &q.rounds, &mut d.rounds, &mut (), to_rounds);
+        let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
         let blend = if resolving {
             let to_blender = blender::In { sorted: picked, colour: display.colour };
             Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
@@ -267,6 +292,7 @@ impl Block for RBuffer {
             end: i.fragment.payload.end,
             stored,
             resolved: blend.frame_done,
+            again: rounds.replay,
             busy: display.busy,
         };
         let frame_done = Course::next(screen, &q.course, &mut d.course, &mut (), to_course).done;
@@ -287,6 +313,7 @@ impl Block for RBuffer {
             phase: course.phase,
             fragment: i.fragment.with(fragment_ready),
             image: display.image.with(i.image_ready),
+            replay: course.replay,
             passed: test.passed.with(selector_ready),
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),
@@ -297,6 +324,9 @@ impl Block for RBuffer {
                 culled_early: test.culled,
                 spilled: queued.spilled,
                 dropped: select.dropped,
+                again: round.again,
+                round_ends: rounds.replay,
+                round_failed: rounds.replay && round.failed,
                 pass_begins: pass.begins,
                 culled_late: select.culled,
                 blended: blend.blended,

@@ -25,6 +25,12 @@ pellucid_sim::counters! {
         peak_queue: "fragments",
         /// Times that a fragment went into outside memory, arrivals and those pushed back.
         spilled: "fragments",
+        /// Times that a frame was sent.
+        rounds: "rounds",
+        /// Of these, those of which the band's fragments did not fit.
+        failed_rounds: "rounds",
+        /// Fragments that were sent again.
+        replayed: "fragments",
         /// Transparent fragments dropped on arrival by the early depth test.
         culled_early: "fragments",
         /// Stored fragments that a later opaque one hid.
@@ -38,6 +44,12 @@ pellucid_sim::counters! {
 pub struct RBufferMonitor {
     ends: EndsMonitor,
     fragments: Fragments,
+    /// Transparent fragments in front of the opaque depth when they first came.
+    passed: u64,
+    /// Fragments that went into the queue as they came, in all rounds.
+    pushed_first: u64,
+    /// Fragments of the round's band that were hidden on arrival.
+    hidden_in_band: u64,
     own: Own,
     peaks: Peaks,
     popped: StreamMonitor<Marked<PixelFragment>>,
@@ -64,9 +76,18 @@ impl Machine for RBuffer {
     type Monitor = RBufferMonitor;
     const ARITHMETIC: Arithmetic = Arithmetic::Blend;
 
+    fn replays(cfg: &Config) -> bool {
+        cfg.replay
+    }
+
     #[inline(always)]
     fn ports(out: &Out) -> Ports {
-        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+        Ports {
+            phase: out.phase,
+            fragment_ready: out.fragment.ready,
+            image: out.image,
+            replay: out.replay,
+        }
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -75,8 +96,9 @@ impl Machine for RBuffer {
 
     fn closed_forms(_: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
         let figure = |name| tally.figure(name);
-        // Where an opaque fragment came after those that it hides, passes depend on the order.
-        if figure("culled_late") > 0 {
+        // Where an opaque fragment came after those that it hides, passes depend on the order; where a
+        // frame is sent again, on what fits.
+        if figure("culled_late") > 0 || figure("replayed") > 0 {
             return vec![];
         }
         let layers = || census.histogram.iter().zip(0u64..);
@@ -106,6 +128,9 @@ impl Monitor<RBuffer> for RBufferMonitor {
         RBufferMonitor {
             ends: EndsMonitor::new("selector"),
             fragments: Fragments::default(),
+            passed: 0,
+            pushed_first: 0,
+            hidden_in_band: 0,
             own: Own::default(),
             peaks: Peaks::default(),
             popped: StreamMonitor::new("popped", "passes", "selector"),
@@ -126,6 +151,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             hidden: e.hidden,
             culled: e.culled_early,
             scanout: e.scanout,
+            again: e.again,
             depth_test: &q.depth_test,
             display: &q.display,
         })?;
@@ -146,12 +172,27 @@ impl Monitor<RBuffer> for RBufferMonitor {
         own.spilled += u64::from(e.spilled);
         own.culled_late += u64::from(e.culled_late);
         own.passes += u64::from(e.pass_begins);
+        let came = o.fragment.fires() && !o.fragment.payload.end;
+        own.replayed += u64::from(came && e.again);
+        own.rounds += u64::from(o.fragment.fires() && o.fragment.payload.end);
+        own.failed_rounds += u64::from(e.round_failed);
+        let passed = o.passed.fires() && !o.passed.payload.end;
+        self.passed += u64::from(passed && !e.again);
+        // What is hidden counts in the round that blends its pixel.
+        let pixel = q.depth_test.stage.payload.item.pixel;
+        let in_band = (q.rounds.from..q.rounds.to).contains(&pixel);
+        self.hidden_in_band += u64::from(e.culled_early && in_band);
+        if e.round_failed {
+            self.hidden_in_band = 0;
+        } else if e.round_ends || e.frame_done {
+            own.culled_early += std::mem::take(&mut self.hidden_in_band);
+        }
         if resolve {
             own.popped += popped;
             own.pushed_back += pushed;
             own.queue_idle += 1 - popped;
         } else {
-            f.stored += pushed;
+            self.pushed_first += pushed;
             f.spilled += u64::from(e.spilled);
         }
         let queue = &q.queue;
@@ -176,8 +217,11 @@ impl Monitor<RBuffer> for RBufferMonitor {
     }
 
     fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
-        let own =
-            Own { peak_queue: self.peaks.all.into(), culled_early: self.ends.culled, ..self.own };
+        let own = Own {
+            peak_queue: self.peaks.all.into(),
+            culled_early: self.own.culled_early + self.hidden_in_band,
+            ..self.own
+        };
         let peak_words = |name: &str, words: u64| match name {
             "queue.on_chip" => self.peaks.on_chip.into(),
             "queue.outside" => self.peaks.outside.into(),
@@ -188,17 +232,17 @@ impl Monitor<RBuffer> for RBufferMonitor {
         Tally {
             cycles: self.ends.phases.cycles(),
             fragments: Fragments {
-                stored: f.stored,
+                stored: self.passed - f.dropped,
                 spilled: f.spilled,
                 culled: own.culled_early + own.culled_late,
                 blended: f.blended,
                 dropped: f.dropped,
                 ..self.ends.fragments
             },
-            dropped_since: "the queue was full (see `queue` and `outside_queue`)",
+            dropped_since: "the queue was full (see `queue`, `overflow` and `outside_queue`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: memory_tallies(memories, peak_words),
-            seed_accesses: f.stored + 2 * own.popped + f.blended,
+            seed_accesses: self.pushed_first + 2 * own.popped + f.blended,
             seed_bytes: seed_bytes(cfg, cfg.capacity()),
             seed_bytes_used: seed_bytes(cfg, own.peak_queue),
             own: own.figures(),

@@ -137,7 +137,8 @@ impl Block for Queue {
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let on_chip = OnChip::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
         let direct = q.outside == 0 && q.flying == 0 && on_chip.ready;
-        let count = on_chip.count + q.flying + q.outside;
+        let elsewhere = if cfg.outside > 0 { q.flying + q.outside } else { 0 };
+        let count = on_chip.count + elsewhere;
         Moore {
             ready: direct || q.outside < cfg.outside,
             full: count == cfg.on_chip + cfg.outside,

@@ -18,7 +18,9 @@
 //!
 //! | a fragment comes | condition | what happens |
 //! |---|---|---|
-//! | on arrival | there is no room | it is dropped |
+//! | at any time | the round has failed | it is thrown away; Z2 = 0 |
+//! | on arrival | its pixel is not in the band | it is passed over |
+//! | | there is no room | it is dropped, or the round fails: see [`rounds`](super::rounds) |
 //! | | otherwise | push; Z2 = max(Z2, z) |
 //! | in a pass | the pixel has a target, none was blended in this pass, z = Z1 | blend |
 //! | | the pixel has none, z is not in front of the opaque depth | it is culled |
@@ -27,6 +29,8 @@
 //! A pixel has a target but in a first pass in which Z2 is not in front of the opaque depth: an opaque
 //! fragment that came later hides its farthest ones. That pass only culls.
 
+use super::config::Config;
+use super::rounds;
 use crate::blender::Sorted;
 use crate::pixel::{Marked, PixelFragment, Screen, Z_BITS};
 use pellucid_sim::Block;
@@ -50,13 +54,12 @@ pub struct PixelState {
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct State {
     /// Fragments that came.
     #[with(QUEUE_DEPTH)]
     pub queue: fifo::State,
     /// The fragment whose pixel was asked for.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub stage: Stream<Marked<PixelFragment>>,
 }
 
@@ -64,10 +67,9 @@ const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct In {
     /// Fragments, then the end of the arrivals or of the pass.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
     /// They come for the first time.
     pub arrival: bool,
@@ -82,8 +84,11 @@ pub struct In {
     pub pushed_ready: bool,
     /// The queue has no room and will have none while fragments arrive.
     pub full: bool,
+    /// The band of pixels whose fragments are taken.
+    #[with(*cfg)]
+    pub round: rounds::Moore,
     /// The pixel that is cleared, after reset.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
 }
 
@@ -96,19 +101,18 @@ pub struct Moore {
 
 /// Outputs. The default is what the unit shows while it is not clocked.
 #[derive(Clone, Copy, Debug, Default, Signals)]
-#[signals(Screen)]
 pub struct Out {
     /// Reads a pixel's depth.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
     /// Writes a pixel's depth.
-    #[with(cfg.pixel_bits(), Z_BITS)]
+    #[with(cfg.screen.pixel_bits(), Z_BITS)]
     pub depth_write: WritePort<u32>,
     /// What goes into the queue.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub pushed: Stream<PixelFragment>,
     /// What is blended next at its pixel.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub picked: Stream<Marked<Sorted>>,
     /// The end has come through, and everything before it is in the queue.
     pub ended: bool,
@@ -116,6 +120,8 @@ pub struct Out {
     pub culled: bool,
     /// A fragment found no room.
     pub dropped: bool,
+    /// A fragment finds no room in this round.
+    pub overflowed: bool,
 }
 
 /// Memories.
@@ -131,25 +137,25 @@ pub struct Mem {
 
 type Queue = Fifo<Marked<PixelFragment>>;
 
-fn queue(cfg: &Screen) -> fifo::Config<Screen> {
-    fifo::Config { depth: QUEUE_DEPTH, item: *cfg }
+fn queue(cfg: &Config) -> fifo::Config<Screen> {
+    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
 }
 
-#[rtl(moore = (), check(Selector, crate::test_util::screen(5, 3)))]
+#[rtl(moore = (), check(Selector, crate::test_util::small_rbuffer(4, Some(7))), check(Selector, crate::test_util::small_rbuffer(9, None)))]
 impl Block for Selector {
-    type Config = Screen;
+    type Config = Config;
     type State = State;
     type In = In;
     type Moore = Moore;
     type Out = Out;
     type Mem = Mem;
 
-    fn reset(cfg: &Screen) -> State {
+    fn reset(cfg: &Config) -> State {
         State { queue: Queue::reset(&queue(cfg)), stage: Stream::idle() }
     }
 
-    fn memories(cfg: &Screen) -> Mem {
-        let (words, new) = (cfg.pixels(), ReadDuringWrite::New);
+    fn memories(cfg: &Config) -> Mem {
+        let (words, new) = (cfg.screen.pixels(), ReadDuringWrite::New);
         Mem {
             queue: Queue::memories(&queue(cfg)),
             pixels: Ram1R1W::new(words, (), 1, new),
@@ -158,12 +164,12 @@ impl Block for Selector {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Screen, q: &State, m: &Self::Mem) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut depth_read, mut depth_write) = (ReadPort::default(), WritePort::default());
 
         // Second stage: what is known of the pixel is at hand.
@@ -176,13 +182,15 @@ impl Block for Selector {
         let target = !i.arrival && has_target;
         let z1 = if fresh && target { farthest } else { depth };
         let blended = !i.arrival && !fresh && pixel.blended;
-        let picked = fragment && target && !blended && f.z == z1;
-        let culled = fragment && !i.arrival && !target && f.z >= z1;
-        let stays = fragment && !picked && !culled;
-        let dropped = stays && i.arrival && i.full;
-        let push = stays && !dropped;
+        let out_of_band = f.pixel < i.round.from || f.pixel >= i.round.to;
+        let passed_over = i.round.failed || (i.arrival && out_of_band);
+        let picked = fragment && !passed_over && target && !blended && f.z == z1;
+        let culled = fragment && !passed_over && !i.arrival && !target && f.z >= z1;
+        let stays = fragment && !picked && !culled && !passed_over;
+        let full = stays && i.arrival && i.full;
+        let push = stays && !full;
         let stall = push && !i.pushed_ready;
-        if fragment && !stall && !dropped {
+        if fragment && !stall && !full && !passed_over {
             let before = if fresh && !i.arrival { 0 } else { farthest };
             let now = if push && f.z > before { f.z } else { before };
             let known = PixelState { parity: i.parity, target, blended: blended || picked };
@@ -191,6 +199,10 @@ impl Block for Selector {
             if fresh && target {
                 depth_write.write(f.pixel, z1);
             }
+        } else if fragment && i.round.failed && !i.arrival {
+            // Thrown away: nothing of the pixel is left.
+            m.pixels.write(f.pixel, PixelState { parity: i.parity, target: false, blended: false });
+            m.farthest.write(f.pixel, 0);
         }
 
         // First stage: ask for what is known of the next fragment's pixel.
@@ -221,7 +233,8 @@ impl Block for Selector {
             picked: Stream { valid: picked, payload: Marked::item(sorted) },
             ended: end,
             culled,
-            dropped,
+            dropped: full && i.round.smallest,
+            overflowed: full && !i.round.smallest,
         }
     }
 }

@@ -45,7 +45,12 @@ impl<A: Allocator> Machine for TBuffer<A> {
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {
-        Ports { phase: out.phase, fragment_ready: out.fragment.ready, image: out.image }
+        Ports {
+            phase: out.phase,
+            fragment_ready: out.fragment.ready,
+            image: out.image,
+            replay: false,
+        }
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -96,6 +101,7 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
             hidden: e.hidden,
             culled: e.culled_early,
             scanout: e.scanout,
+            again: false,
             depth_test: &q.depth_test,
             display: &q.display,
         })?;

@@ -94,22 +94,20 @@ impl<M: Tested> Setup<M> {
         bench.set_display(move |cycle| !chosen(cycle, busy));
         let mut chance = 0;
         for frame in frames {
-            let items = frame.iter().map(|f| Marked::item(*f));
-            for item in items.chain([Marked::end()]) {
-                chance += 1;
-                while chosen(chance, idle) {
-                    bench.step(Stream::idle())?;
+            bench.frame(|bench| {
+                for fragment in frame {
                     chance += 1;
+                    while chosen(chance, idle) {
+                        bench.step(Stream::idle())?;
+                        chance += 1;
+                    }
+                    bench.send(Marked::item(*fragment))?;
                 }
-                bench.send(item)?;
-            }
+                Ok(())
+            })?;
         }
-        let mut images = bench.take_images();
-        while images.len() < frames.len() {
-            bench.step(Stream::idle())?;
-            images.extend(bench.take_images());
-        }
-        Ok(Run { images, tally: bench.tally() })
+        bench.wait_for(frames.len(), || {})?;
+        Ok(Run { images: bench.take_images(), tally: bench.tally() })
     }
 
     /// What the golden model says of a frame, for this machine's arithmetic.
@@ -345,10 +343,10 @@ macro_rules! properties {
                     }
                     bench.reset().unwrap();
                     bench.take_images();
-                    for fragment in &frame {
-                        tried(bench.send(Marked::item(*fragment)))?;
-                    }
-                    tried(bench.end_frame())?;
+                    tried(bench.frame(|bench| {
+                        frame.iter().try_for_each(|fragment| bench.send(Marked::item(*fragment)))
+                    }))?;
+                    tried(bench.wait_for(1, || {}))?;
                     prop_assert_eq!(&bench.take_images()[..], &[setup.golden_image(&frame)]);
                 }
 

@@ -7,18 +7,22 @@ use crate::frames::{
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::rbuffer::RBuffer;
-use pellucid_hw::rbuffer::config::{Config, Params};
+use pellucid_hw::rbuffer::config::{Config, Overflow, Params};
 use pellucid_testbench::scene::{Options, built_in};
 use proptest::prelude::*;
 
 impl Tested for RBuffer {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
+        // With replay all of a pixel must fit: the more pixels, the fewer fragments each of them has.
+        let deepest = (4 * ENOUGH / screen.pixels() + 20).min(ENOUGH);
         let queues = prop_oneof![
-            3 => (2..=30u32).prop_map(|queue| (queue, ENOUGH)),
-            1 => Just((ENOUGH, 0)),
+            3 => (2..=30u32).prop_map(|queue| (queue, ENOUGH, Overflow::Outside)),
+            1 => Just((ENOUGH, 0, Overflow::Outside)),
+            3 => (deepest..=ENOUGH).prop_map(|queue| (queue, 0, Overflow::Replay)),
         ];
-        let params = (queues, 1..=20u32).prop_map(|((queue, outside_queue), outside_latency)| {
-            Params { queue, outside_queue, outside_latency }
+        let params = (queues, 1..=20u32).prop_map(|(queues, outside_latency)| {
+            let (queue, outside_queue, overflow) = queues;
+            Params { queue, overflow, outside_queue, outside_latency }
         });
         params.prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
     }
@@ -93,7 +97,8 @@ proptest! {
         (mut setup, frame) in one_frame::<RBuffer>(), queue in 2..40u32, outside_queue in 0..40u32,
     ) {
         let Config { screen, params, .. } = setup.cfg;
-        setup.cfg = Config::new(screen, Params { queue, outside_queue, ..params }).unwrap();
+        let overflow = Overflow::Outside;
+        setup.cfg = Config::new(screen, Params { queue, overflow, outside_queue, ..params }).unwrap();
         check_drops(&setup, &frame, &without_place(screen, &frame, queue + outside_queue))?;
     }
 
@@ -101,6 +106,8 @@ proptest! {
     fn passes_are_those_of_the_transition_table(
         (setup, frame) in one_frame::<RBuffer>()
     ) {
+        let params = Params { queue: ENOUGH, ..setup.cfg.params };
+        let setup = Setup::<RBuffer> { cfg: Config::new(setup.screen(), params).unwrap(), ..setup };
         let run = tried(setup.run(std::slice::from_ref(&frame)))?;
         let figure = |name| run.tally.own.iter().find(|f| f.name == name).unwrap().value;
         let expected = passes(setup.screen(), &frame);
@@ -112,7 +119,7 @@ proptest! {
     fn one_fragment_leaves_the_queue_in_each_cycle(
         (screen, frame) in screens().prop_flat_map(|screen| (Just(screen), fragments(screen)))
     ) {
-        let params = Params { queue: ENOUGH, outside_queue: 0, outside_latency: 1 };
+        let params = Params { queue: ENOUGH, outside_queue: 0, ..Params::default() };
         let setup = Setup::<RBuffer>::free(Config::new(screen, params).unwrap());
         let run = tried(setup.run(std::slice::from_ref(&frame)))?;
         let (passes, popped) = passes(screen, &frame);
@@ -128,5 +135,53 @@ fn outside_memory_costs_no_cycle_if_the_part_on_chip_covers_its_latency() {
             .map(|name| preset("rbuffer", scene.name, &Options::default(), name).cycles);
         assert_eq!(outside.store, on_chip.store, "{}", scene.name);
         assert_eq!(outside.resolve, on_chip.resolve, "{}", scene.name);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    /// One pixel alone: what does not fit is dropped, and the run says so.
+    #[test]
+    fn a_pixel_that_does_not_fit_at_all_is_cut(queue in 2..40u32, seed: u64) {
+        let screen = Screen { width: 1, height: 1, background: 0x10_20_30 };
+        let fragment = |k: u64| {
+            let n = (seed + k).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let rgba = (n >> 32) as u32;
+            Fragment { x: 0, y: 0, z: n as u32 & Z_FAR, rgba: rgba & !1 }
+        };
+        let frame: Vec<Fragment> = (0..60).map(fragment).collect();
+        let params = Params { queue, overflow: Overflow::Replay, ..Params::default() };
+        let setup = Setup::<RBuffer>::free(Config::new(screen, params).unwrap());
+        check_drops(&setup, &frame, &without_place(screen, &frame, queue))?;
+    }
+}
+
+/// A frame of which the fragments come layer by layer, so that no pixel is complete before the end.
+#[test]
+fn layer_by_layer_comes_out_in_few_rounds() {
+    let screen = Screen { width: 40, height: 30, background: 0 };
+    let layers = 6;
+    let frame: Vec<Fragment> = (0..layers)
+        .flat_map(|k| {
+            (0..screen.pixels()).map(move |pixel| Fragment {
+                x: pixel % screen.width,
+                y: pixel / screen.width,
+                z: (k * 7 + pixel) % 40,
+                rgba: (pixel + k) << 8 | 0x80,
+            })
+        })
+        .collect();
+    for (queue, failed, rounds) in [(7200, 0, 1), (3600, 1, 3), (900, 3, 11)] {
+        let params = Params { queue, overflow: Overflow::Replay, ..Params::default() };
+        let setup = Setup::<RBuffer>::free(Config::new(screen, params).unwrap());
+        let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+        assert_eq!(run.images[0], setup.golden_image(&frame), "queue={queue}");
+        assert_eq!(run.tally.fragments.dropped, 0);
+        // A band of 150 pixels fits into 900 places: 8 of them, and each attempt at more fails.
+        let counted = ["failed_rounds", "rounds"].map(|name| run.tally.figure(name));
+        assert_eq!(counted, [failed, rounds], "queue={queue}");
+        let again = (rounds - 1) * frame.len() as u64;
+        assert_eq!(run.tally.figure("replayed"), again, "queue={queue}");
     }
 }
