@@ -1,16 +1,16 @@
 //! The bench: a machine under the clock, fed with frames, watched, and its images caught.
 
 use crate::image::Image;
-use crate::output::{AtomicFile, OutputError};
+use crate::output::{AtomicFile, OutputError, create_dir, put};
 use crate::source::SourceError;
 use crate::window::{Follow, Window};
 use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
-use pellucid_sim::{Deadlock, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_sim::{Deadlock, Declare, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
 use pellucid_verilog::lockstep::Vectors;
-use pellucid_waveforms::Vcd;
+use pellucid_waveforms::{Vcd, ViewFile, gtkwave};
 use std::path::{Path, PathBuf};
 
 /// Cycles without progress after which a simulation is given up.
@@ -43,6 +43,8 @@ struct Wave {
     vcd: Vcd<AtomicFile>,
     path: PathBuf,
     windows: Vec<Follow>,
+    /// How viewers show it, written beside it.
+    view: Vec<ViewFile>,
 }
 
 impl Wave {
@@ -138,7 +140,8 @@ where
         self.display = Some(Box::new(ready));
     }
 
-    /// Writes the cycles of `windows` to the VCD file `path`. `scope` names the machine in it.
+    /// Writes the cycles of `windows` to the VCD file `path`, and beside it what GTKWave needs to show it.
+    /// `scope` names the machine in it.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -150,15 +153,17 @@ where
     ) -> Result<(), OutputError> {
         let file = AtomicFile::create(path)?;
         let cfg = self.sim.config();
-        let vcd = Vcd::new(file, |to| {
+        let declare = |to: &mut dyn Declare| {
             to.open(scope);
             M::State::declare(cfg, "registers", to);
             M::Out::declare(cfg, "wires", to);
             to.close();
-        })
-        .map_err(|e| OutputError::write(path, &e))?;
+        };
+        let vcd = Vcd::new(file, declare).map_err(|e| OutputError::write(path, &e))?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let view = gtkwave(&stem, declare);
         let windows = windows.iter().map(|w| Follow::new(*w)).collect();
-        self.wave = Some(Wave { vcd, path: path.to_owned(), windows });
+        self.wave = Some(Wave { vcd, path: path.to_owned(), windows, view });
         Ok(())
     }
 
@@ -326,10 +331,16 @@ where
         let time = self.sim.cycle() - self.ready_at.unwrap_or(self.sim.cycle());
         match self.wave.take() {
             None => Ok(()),
-            Some(Wave { vcd, path, .. }) => match vcd.finish(time) {
-                Ok(file) => file.finish(),
-                Err(error) => Err(OutputError::write(&path, &error)),
-            },
+            Some(Wave { vcd, path, view, .. }) => {
+                let file = vcd.finish(time).map_err(|e| OutputError::write(&path, &e))?;
+                file.finish()?;
+                for ViewFile { name, text } in view {
+                    let path = path.with_file_name(name);
+                    path.parent().map_or(Ok(()), create_dir)?;
+                    put(&path, &text)?;
+                }
+                Ok(())
+            }
         }
     }
 

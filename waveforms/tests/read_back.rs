@@ -1,7 +1,7 @@
 //! What is written is read back by `wellen`, and held to the letter of the format by a strict reader.
 
 use pellucid_sim::{Declare, Kind, Sink, States};
-use pellucid_waveforms::{PERIOD_NS, Vcd};
+use pellucid_waveforms::{PERIOD_NS, Vcd, gtkwave};
 use std::collections::HashMap;
 
 const STATES: &States = &States { name: "Fsm", variants: &["Idle", "Run", "Stall"] };
@@ -151,4 +151,57 @@ fn a_gap_hides_and_the_next_cycle_shows_all_again() {
 #[test]
 fn equal_runs_give_equal_files() {
     assert_eq!(dump(0..50), dump(0..50));
+}
+
+/// Another table of the same name, with the same first and last state.
+const OTHERS: &States = &States { name: "Fsm", variants: &["Idle", "Load", "Drain", "Stall"] };
+
+#[test]
+fn the_save_file_groups_streams_and_blocks_and_translates_states() {
+    let files = gtkwave("wave", |to| {
+        to.open("machine");
+        to.open("registers");
+        to.open("store");
+        to.signal("fsm", 2, Kind::State(STATES));
+        to.open("queue");
+        to.signal("count", 3, Kind::Bits(32));
+        to.close();
+        to.close();
+        to.open("scan");
+        to.signal("fsm", 2, Kind::State(OTHERS));
+        to.close();
+        to.close();
+        to.open("wires");
+        to.open("passed");
+        to.signal("valid", 1, Kind::Flag);
+        to.signal("ready", 1, Kind::Flag);
+        to.open("payload");
+        to.signal("pixel", 12, Kind::Bits(32));
+        to.signal("z", 24, Kind::Bits(32));
+        to.close();
+        to.close();
+        to.open("events");
+        to.signal("dropped", 1, Kind::Flag);
+        to.close();
+        to.close();
+        to.close();
+    });
+    let [states, others, save] = &files[..] else { panic!("{files:?}") };
+    assert_eq!(states.name, "wave.states/Fsm-1");
+    assert_eq!(states.text, "0 ?DarkSlateGray?Idle\n1 ?DarkGreen?Run\n2 ?DarkBlue?Stall\n");
+    assert_eq!(others.name, "wave.states/Fsm-2");
+    assert_eq!(save.name, "wave.gtkw");
+    let (head, traces) = save.text.split_once("top.clk\n").unwrap();
+    assert!(head.contains("[dumpfile] \"wave.vcd\"\n"), "{head}");
+    let expected = "@800200\n-passed\n\
+        @28\ntop.machine.wires.passed.valid\n@28\ntop.machine.wires.passed.ready\n\
+        @24\ntop.machine.wires.passed.payload.pixel[11:0]\n\
+        @22\ntop.machine.wires.passed.payload.z[23:0]\n@1000200\n-passed\n\
+        @800200\n-events\n@28\n[color] 1\ntop.machine.wires.events.dropped\n@1000200\n-events\n\
+        @c00200\n-store: registers\n@2022\n^1 wave.states/Fsm-1\n\
+        top.machine.registers.store.fsm[1:0]\n\
+        @8024\ntop.machine.registers.store.queue.count[2:0]\n@20000\n-\n@1400200\n-store: registers\n\
+        @c00200\n-scan: registers\n@2022\n^2 wave.states/Fsm-2\n\
+        top.machine.registers.scan.fsm[1:0]\n@1400200\n-scan: registers\n";
+    assert_eq!(traces, expected);
 }

@@ -17,7 +17,7 @@ pub(super) struct RunArgs {
     scene: SceneArgs,
     #[command(flatten)]
     machine: MachineArgs,
-    /// The folder for image.png, stats.json, stats.csv and wave.vcd
+    /// The folder for image.png, stats.json, stats.csv, wave.vcd and wave.gtkw
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
     out: PathBuf,
     /// Cycles that the waveform shows: FROM..TO counted from the frame's start, `store` or `resolve`
@@ -80,6 +80,7 @@ fn summary(args: &RunArgs, verdict: &Verdict) -> String {
     ];
     if !args.no_wave {
         files.push(("wave.vcd", "the waveform, for GTKWave or Surfer"));
+        files.push(("wave.gtkw", "how GTKWave shows it: `gtkwave` takes this file"));
     }
     let mut text = format!("{result}\n\n");
     for (name, what) in files {

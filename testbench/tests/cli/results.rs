@@ -15,7 +15,10 @@ fn an_exact_run_leaves_its_files_and_says_so() {
         "{text}"
     );
     let out = folder.path().join("pellucid-out");
-    assert_eq!(names(&out), ["image.png", "stats.csv", "stats.json", "wave.vcd"]);
+    assert_eq!(
+        names(&out),
+        ["image.png", "stats.csv", "stats.json", "wave.gtkw", "wave.states", "wave.vcd"]
+    );
     let quiet = exact(run(folder.path(), &["--quiet", "--no-wave", "--out", "q"]));
     assert_eq!(stdout(&quiet), "");
     assert_eq!(names(&folder.path().join("q")), ["image.png", "stats.csv", "stats.json"]);
