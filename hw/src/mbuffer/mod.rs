@@ -12,7 +12,7 @@
 //!             | Display: frame buffer (depth and colour, two banks), scanout |--> image
 //!             +--------------------------------------------------------------+
 //! ```
-//! A frame is stored in the [`chains`](crate::chains), then resolved: they give it back pixel by pixel, the
+//! A frame is stored in the [`chains`], then resolved: they give it back pixel by pixel, the
 //! array weighs each pixel's fragments, and they are summed up with what they let through of the opaque
 //! colour. With `weights=memory` they are weighed as they arrive and there is no array. See
 //! [`weights`](crate::weights) for the arithmetic.

@@ -12,7 +12,7 @@
 //!             | Display: frame buffer (depth and colour, two banks), scanout      |--> image
 //!             +-------------------------------------------------------------------+
 //! ```
-//! A frame is stored in the [`chains`](crate::chains), then resolved: they give it back pixel by pixel, and
+//! A frame is stored in the [`chains`], then resolved: they give it back pixel by pixel, and
 //! each pixel's fragments are sorted and blended. Then the banks of the frame buffer swap, and while the frame
 //! is shown and its bank wiped the next one is stored.
 
