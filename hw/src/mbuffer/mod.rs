@@ -51,7 +51,7 @@ pub struct State<A: Allocator> {
     /// See [`chains`].
     #[with(cfg.chains)]
     pub chains: chains::State<A>,
-    /// See [`array`].
+    /// See [`mod@array`].
     #[with(cfg.array)]
     pub array: array::State,
     /// See [`sum`].

@@ -20,7 +20,7 @@
 //! |---|---|---|
 //! | at any time | the round has failed | it is thrown away; Z2 = 0 |
 //! | on arrival | its pixel is not in the band | it is passed over |
-//! | | there is no room | it is dropped, or the round fails: see [`rounds`](super::rounds) |
+//! | | there is no room | it is dropped, or the round fails: see [`rounds`] |
 //! | | otherwise | push; Z2 = max(Z2, z) |
 //! | in a pass | the pixel has a target, none was blended in this pass, z = Z1 | blend |
 //! | | the pixel has none, z is not in front of the opaque depth | it is culled |
