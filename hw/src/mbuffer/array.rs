@@ -266,3 +266,119 @@ impl Block for Array {
         d.busy = moves;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{Pattern, Source, pattern, screen};
+    use pellucid_sim::Sim;
+    use proptest::prelude::*;
+
+    const PIXELS: u32 = 6;
+
+    /// A fragment: depth, colour with alpha, and whether it is visible.
+    type Layer = (u32, u32, bool);
+
+    /// A pixel as the chains give it: once, and for each further group of `cells` visible fragments twice.
+    fn passes(cells: u32, pixel: u32, layers: &[Layer]) -> Vec<Marked<Arrived>> {
+        let visible = layers.iter().filter(|(.., visible)| *visible).count() as u32;
+        let groups = visible.div_ceil(cells).max(1);
+        let pass = |last_pass: bool| {
+            layers.iter().enumerate().map(move |(k, &(z, rgba, visible))| {
+                let last = k + 1 == layers.len();
+                Marked::item(Arrived { pixel, z, rgba, weight: 0, visible, last, last_pass })
+            })
+        };
+        let mut all: Vec<_> = pass(groups == 1).collect();
+        for group in 1..groups {
+            all.extend(pass(false));
+            all.extend(pass(group + 1 == groups));
+        }
+        all
+    }
+
+    /// What a fragment lets through, rounded to nearest.
+    fn lets_through(rgba: u32) -> u64 {
+        (2 * 65536 * u64::from(255 - (rgba & 0xff)) + 255) / 510
+    }
+
+    /// The sums by plain loops over all pairs, in the order of the arrivals.
+    fn reference(layers: &[Layer]) -> [u64; 4] {
+        let seen: Vec<&Layer> = layers.iter().filter(|(.., visible)| *visible).collect();
+        let mut sums = [0; 4];
+        for (i, &&(z, rgba, _)) in seen.iter().enumerate() {
+            let mut weight = (65536 - lets_through(rgba)) << 8;
+            for (j, &&(other, over, _)) in seen.iter().enumerate() {
+                if other < z || (other == z && j > i) {
+                    weight = (weight * lets_through(over)) >> 16;
+                }
+            }
+            for (sum, shift) in sums.iter_mut().zip([24, 16, 8]) {
+                *sum += weight * u64::from(rgba >> shift & 0xff);
+            }
+            sums[3] += weight;
+        }
+        sums
+    }
+
+    /// The sums of each pixel, with the cycle of its last term and that of the end.
+    fn play(cells: u32, pixels: &[Vec<Layer>], starts: Pattern) -> (Vec<[u64; 4]>, u64) {
+        let cfg = Config { cells, screen: screen(PIXELS, 1), layer_bits: 6 };
+        let mut sim = Sim::<Array>::new(cfg);
+        let frame = (0..).zip(pixels).flat_map(|(pixel, layers)| passes(cells, pixel, layers));
+        let mut source = Source::new(frame.chain([Marked::end()]), starts);
+        let (mut all, mut sums) = (vec![], [0; 4]);
+        for cycle in 0.. {
+            assert!(cycle < 20_000, "the end of the frame does not come");
+            let Stream { valid, payload: Marked { end, item } } = sim.moore().term;
+            if valid && end {
+                return (all, cycle);
+            }
+            if valid {
+                assert_eq!(item.pixel as usize, all.len());
+                for (sum, part) in sums.iter_mut().zip([item.r, item.g, item.b, item.weight]) {
+                    *sum += u64::from(part);
+                }
+                if item.last {
+                    all.push(std::mem::take(&mut sums));
+                }
+            }
+            let arrived = source.offer(cycle);
+            source.edge(true);
+            sim.clock(In { arrived }).unwrap();
+        }
+        unreachable!()
+    }
+
+    #[test]
+    fn one_fragment_a_cycle_whatever_the_pixels_have() {
+        let layer = |k: u32| (k * 7 % 5, k << 8 | 0x60, true);
+        for sizes in [[1, 1, 1, 1, 1, 1], [5, 1, 3, 1, 2, 5]] {
+            let pixels: Vec<Vec<Layer>> = sizes.map(|n| (0..n).map(layer).collect()).to_vec();
+            let fragments: u32 = sizes.iter().sum();
+            let (sums, end) = play(5, &pixels, Pattern::always());
+            assert_eq!(sums, pixels.iter().map(|p| reference(p)).collect::<Vec<_>>());
+            // The end comes in behind the last fragment, and goes through five cells.
+            assert_eq!(end, u64::from(fragments) + 5 + 2);
+        }
+    }
+
+    proptest! {
+        /// Against plain loops over all pairs, with fewer and with more cells than fragments.
+        #[test]
+        fn weighs_as_plain_loops_do(
+            cells in 1u32..10,
+            pixels in proptest::collection::vec(
+                proptest::collection::vec(
+                    (0u32..6, any::<u32>().prop_map(|rgba| rgba & !1), prop::bool::weighted(0.8)),
+                    1..24,
+                ),
+                0..PIXELS as usize,
+            ),
+            starts in pattern(),
+        ) {
+            let expected: Vec<[u64; 4]> = pixels.iter().map(|layers| reference(layers)).collect();
+            prop_assert_eq!(play(cells, &pixels, starts).0, expected);
+        }
+    }
+}

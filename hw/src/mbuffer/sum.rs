@@ -157,3 +157,64 @@ impl Block for Sum {
         Out { colour_read, colour_write, frame_done }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{Source, contents, edge, holding, pattern, screen};
+    use pellucid_sim::{ReadDuringWrite, Sim};
+    use proptest::prelude::*;
+
+    const PIXELS: u32 = 5;
+
+    /// `(sum of weight * colour + rest * below) / ONE`, rounded to nearest, channel by channel.
+    fn reference(below: u32, layers: &[(u32, u32)]) -> u32 {
+        let channel = |shift: u32| {
+            let parts =
+                layers.iter().map(|(rgb, w)| u64::from(*w) * u64::from(rgb >> shift & 0xff));
+            let rest = ONE - layers.iter().map(|(_, w)| w).sum::<u32>();
+            let all = parts.sum::<u64>() + u64::from(rest) * u64::from(below >> shift & 0xff);
+            ((2 * all + u64::from(ONE)) / (2 * u64::from(ONE))) as u32
+        };
+        channel(16) << 16 | channel(8) << 8 | channel(0)
+    }
+
+    proptest! {
+        /// One term for each layer, whose weights add up to one at most.
+        #[test]
+        fn adds_up_as_a_plain_loop(
+            below in proptest::collection::vec(0..1u32 << 24, PIXELS as usize),
+            pixels in proptest::collection::vec(
+                proptest::collection::vec((0..1u32 << 24, 0..=ONE / 6), 1..=6), PIXELS as usize),
+            starts in pattern(),
+        ) {
+            let mut colours = holding(&below, COLOUR_BITS, ReadDuringWrite::Forbidden);
+            let mut terms = vec![];
+            for (pixel, layers) in (0..).zip(&pixels) {
+                for (k, (rgb, weight)) in layers.iter().enumerate() {
+                    let last = k + 1 == layers.len();
+                    let none = Term { pixel, last, ..Term::default() };
+                    terms.push(Marked::item(plus(none, rgb << 8, *weight)));
+                }
+            }
+            terms.push(Marked::end());
+            let mut source = Source::new(terms, starts);
+            let mut sim = Sim::<Sum>::new(screen(PIXELS, 1));
+            for cycle in 0.. {
+                prop_assert!(cycle < 10_000, "the end of the frame does not come");
+                let term = source.offer(cycle);
+                source.edge(true);
+                let out = sim.clock(In { term, colour: colours.q() }).unwrap().out;
+                colours.pass_read(out.colour_read);
+                colours.pass_write(out.colour_write);
+                edge(&mut colours);
+                if out.frame_done {
+                    break;
+                }
+            }
+            let expected: Vec<u32> =
+                below.iter().zip(&pixels).map(|(below, layers)| reference(*below, layers)).collect();
+            prop_assert_eq!(contents(&mut colours, PIXELS), expected);
+        }
+    }
+}

@@ -132,3 +132,61 @@ impl Block for Rounds {
         Out { replay, done: i.emptied && !replay }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::small_rbuffer;
+    use pellucid_sim::Sim;
+
+    /// A round: whether its fragments fit, and whether half of the queue stays free; gives its band, and
+    /// whether the frame is asked for again.
+    fn round(sim: &mut Sim<Rounds>, fits: bool, roomy: bool) -> (u32, u32, bool) {
+        let Moore { from, to, failed, .. } = sim.moore();
+        assert!(!failed, "a round begins without a fault");
+        let nothing = In { overflowed: false, stored: false, roomy, emptied: false };
+        sim.clock(In { overflowed: !fits, ..nothing }).unwrap();
+        assert_eq!(sim.moore().failed, !fits);
+        sim.clock(In { stored: true, ..nothing }).unwrap();
+        let Out { replay, done } = sim.clock(In { emptied: true, ..nothing }).unwrap().out;
+        assert_ne!(replay, done);
+        assert_eq!(sim.moore().again, replay);
+        (from, to, replay)
+    }
+
+    #[test]
+    fn bands_are_halved_until_they_fit_and_grow_where_there_is_room() {
+        // 21 pixels.
+        let mut sim = Sim::<Rounds>::new(small_rbuffer(4, None));
+        for frame in 0..2 {
+            assert_eq!(round(&mut sim, false, false), (0, 21, true), "frame {frame}");
+            assert_eq!(round(&mut sim, false, false), (0, 10, true));
+            assert_eq!(round(&mut sim, true, true), (0, 5, true));
+            assert_eq!(round(&mut sim, false, false), (5, 15, true));
+            assert_eq!(round(&mut sim, true, false), (5, 10, true));
+            assert_eq!(round(&mut sim, true, false), (10, 15, true));
+            assert_eq!(round(&mut sim, true, false), (15, 20, true));
+            assert_eq!(round(&mut sim, true, false), (20, 21, false));
+        }
+    }
+
+    #[test]
+    fn one_pixel_is_the_smallest_band() {
+        let mut sim = Sim::<Rounds>::new(small_rbuffer(4, None));
+        for _ in 0..4 {
+            assert!(!sim.moore().smallest);
+            round(&mut sim, false, false);
+        }
+        let Moore { from, to, smallest, .. } = sim.moore();
+        assert_eq!((from, to, smallest), (0, 1, true));
+    }
+
+    #[test]
+    fn with_a_queue_outside_there_is_one_round() {
+        let mut sim = Sim::<Rounds>::new(small_rbuffer(4, Some(7)));
+        assert!(sim.moore().smallest, "what does not fit is dropped");
+        for _ in 0..2 {
+            assert_eq!(round(&mut sim, true, true), (0, 21, false));
+        }
+    }
+}

@@ -8,7 +8,7 @@ use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::Check;
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
-use pellucid_hw::pixel::Screen;
+use pellucid_hw::pixel::{Fragment, Screen};
 use pellucid_hw::tbuffer::config::Scan;
 use proptest::prelude::*;
 
@@ -84,4 +84,28 @@ proptest! {
 #[test]
 fn the_papers_frames_are_resolved_at_the_target_rate() {
     papers_frames_at_the_target_rate("mbuffer", "registers");
+}
+
+/// Fragments of one pixel, far to near or near to far: how many cycles store takes with weights in memory.
+#[test]
+fn comparing_on_arrival_takes_the_cycles_that_it_is_said_to() {
+    let screen = Screen { width: 4, height: 4, background: 0 };
+    let params = Params { weights: Weights::Memory, ..Params::default() };
+    let setup = Setup::<Buffer>::free(Config::new(screen, params).unwrap());
+    let layers = 6u32;
+    let frame = |depth: fn(u32) -> u32| -> Vec<Fragment> {
+        (0..layers).map(|k| Fragment { x: 1, y: 2, z: depth(k), rgba: k << 8 | 0x80 }).collect()
+    };
+    // Five cycles to fill and empty the pipeline, one for the first fragment.
+    let near_to_far: u64 = 5 + 1 + (1..6).map(|i| i + 2).sum::<u64>();
+    let far_to_near: u64 = 5 + 1 + (1..6).map(|i| i + 2 + i - 1).sum::<u64>();
+    for (frame, store, changed) in
+        [(frame(|k| 10 + k), near_to_far, 0), (frame(|k| 90 - k), far_to_near, 15)]
+    {
+        let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+        assert_eq!(run.images[0], setup.golden_image(&frame));
+        assert_eq!(run.tally.cycles.store, store);
+        let counted = ["compared", "weights_changed"].map(|name| run.tally.figure(name));
+        assert_eq!(counted, [15, changed]);
+    }
 }
