@@ -31,6 +31,10 @@ pellucid_sim::counters! {
         failed_rounds: "rounds",
         /// Fragments that were sent again.
         replayed: "fragments",
+        /// Fragments that went into the queue as they came, in all rounds.
+        queued: "fragments",
+        /// Of these, those that were thrown away in rounds that failed.
+        thrown_away: "fragments",
         /// Transparent fragments dropped on arrival by the early depth test.
         culled_early: "fragments",
         /// Stored fragments that a later opaque one hid.
@@ -46,8 +50,6 @@ pub struct RBufferMonitor {
     fragments: Fragments,
     /// Transparent fragments in front of the opaque depth when they first came.
     passed: u64,
-    /// Fragments that went into the queue as they came, in all rounds.
-    pushed_first: u64,
     /// Fragments of the round's band that were hidden on arrival.
     hidden_in_band: u64,
     own: Own,
@@ -96,16 +98,22 @@ impl Machine for RBuffer {
 
     fn closed_forms(_: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
         let figure = |name| tally.figure(name);
+        let check = |what, expected, found| Check { what, expected, found };
+        let queued = check(
+            "fragments queued: blended, culled late or thrown away",
+            tally.fragments.blended + figure("culled_late") + figure("thrown_away"),
+            figure("queued"),
+        );
         // Where an opaque fragment came after those that it hides, passes depend on the order; where a
         // frame is sent again, on what fits.
         if figure("culled_late") > 0 || figure("replayed") > 0 {
-            return vec![];
+            return vec![queued];
         }
         let layers = || census.histogram.iter().zip(0u64..);
         let popped = layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
         let deepest = layers().filter(|(n, _)| **n > 0).map(|(_, i)| i).max().unwrap_or(0);
-        let check = |what, expected, found| Check { what, expected, found };
         vec![
+            queued,
             check("passes: layers of the deepest pixel", deepest, figure("passes")),
             check("most fragments in the queue, F", census.stored, figure("peak_queue")),
             check("fragments popped, sum of N_i * i(i+1)/2", popped, figure("popped")),
@@ -129,7 +137,6 @@ impl Monitor<RBuffer> for RBufferMonitor {
             ends: EndsMonitor::new("selector"),
             fragments: Fragments::default(),
             passed: 0,
-            pushed_first: 0,
             hidden_in_band: 0,
             own: Own::default(),
             peaks: Peaks::default(),
@@ -155,6 +162,12 @@ impl Monitor<RBuffer> for RBufferMonitor {
             depth_test: &q.depth_test,
             display: &q.display,
         })?;
+        // What is hidden counts in the round that blends its pixel.
+        if e.round_failed {
+            self.hidden_in_band = 0;
+        } else if e.round_ends || e.frame_done {
+            self.own.culled_early += std::mem::take(&mut self.hidden_in_band);
+        }
         if o.phase == Phase::Clear || o.phase == Phase::Wait {
             return Ok(());
         }
@@ -178,21 +191,16 @@ impl Monitor<RBuffer> for RBufferMonitor {
         own.failed_rounds += u64::from(e.round_failed);
         let passed = o.passed.fires() && !o.passed.payload.end;
         self.passed += u64::from(passed && !e.again);
-        // What is hidden counts in the round that blends its pixel.
         let pixel = q.depth_test.stage.payload.item.pixel;
         let in_band = (q.rounds.from..q.rounds.to).contains(&pixel);
         self.hidden_in_band += u64::from(e.culled_early && in_band);
-        if e.round_failed {
-            self.hidden_in_band = 0;
-        } else if e.round_ends || e.frame_done {
-            own.culled_early += std::mem::take(&mut self.hidden_in_band);
-        }
         if resolve {
             own.popped += popped;
+            own.thrown_away += if q.rounds.failed { popped } else { 0 };
             own.pushed_back += pushed;
             own.queue_idle += 1 - popped;
         } else {
-            self.pushed_first += pushed;
+            own.queued += pushed;
             f.spilled += u64::from(e.spilled);
         }
         let queue = &q.queue;
@@ -242,7 +250,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             dropped_since: "the queue was full (see `queue`, `overflow` and `outside_queue`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: memory_tallies(memories, peak_words),
-            seed_accesses: self.pushed_first + 2 * own.popped + f.blended,
+            seed_accesses: own.queued + 2 * own.popped + f.blended,
             seed_bytes: seed_bytes(cfg, cfg.capacity()),
             seed_bytes_used: seed_bytes(cfg, own.peak_queue),
             own: own.figures(),

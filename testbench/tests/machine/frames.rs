@@ -33,6 +33,10 @@ pub trait Tested:
 {
     /// Machines in which no fragment of a random frame is dropped.
     fn machines(screen: Screen) -> BoxedStrategy<Self::Config>;
+    /// The machine, changed as little as is needed so that none of these frames is too much for it.
+    fn fitted(cfg: Self::Config, _: &[Vec<Fragment>]) -> Self::Config {
+        cfg
+    }
     /// What a closed form says of several frames.
     fn over_frames(check: &Check) -> OverFrames;
 }
@@ -234,7 +238,10 @@ pub fn setups<M: Tested>() -> impl Strategy<Value = Setup<M>> {
 pub fn one_frame<M: Tested>() -> impl Strategy<Value = (Setup<M>, Vec<Fragment>)> {
     setups::<M>().prop_flat_map(|setup| {
         let frame = fragments(setup.screen());
-        (Just(setup), frame)
+        frame.prop_map(move |frame| {
+            let cfg = M::fitted(setup.cfg, std::slice::from_ref(&frame));
+            (Setup { cfg, ..setup }, frame)
+        })
     })
 }
 
@@ -242,7 +249,10 @@ pub fn one_frame<M: Tested>() -> impl Strategy<Value = (Setup<M>, Vec<Fragment>)
 pub fn some_frames<M: Tested>() -> impl Strategy<Value = (Setup<M>, Vec<Vec<Fragment>>)> {
     setups::<M>().prop_flat_map(|setup| {
         let frames = prop::collection::vec(fragments(setup.screen()), 1..=3);
-        (Just(setup), frames)
+        frames.prop_map(move |frames| {
+            let cfg = M::fitted(setup.cfg, &frames);
+            (Setup { cfg, ..setup }, frames)
+        })
     })
 }
 

@@ -1,8 +1,8 @@
 //! The R-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, check_drops, fragments, one_frame, preset, properties,
-    screens, tried,
+    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, fragments, one_frame, preset,
+    properties, screens, tried,
 };
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
@@ -13,18 +13,30 @@ use proptest::prelude::*;
 
 impl Tested for RBuffer {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
-        // With replay all of a pixel must fit: the more pixels, the fewer fragments each of them has.
-        let deepest = (4 * ENOUGH / screen.pixels() + 20).min(ENOUGH);
         let queues = prop_oneof![
             3 => (2..=30u32).prop_map(|queue| (queue, ENOUGH, Overflow::Outside)),
             1 => Just((ENOUGH, 0, Overflow::Outside)),
-            3 => (deepest..=ENOUGH).prop_map(|queue| (queue, 0, Overflow::Replay)),
+            3 => (2..=30u32).prop_map(|queue| (queue, 0, Overflow::Replay)),
         ];
         let params = (queues, 1..=20u32).prop_map(|(queues, outside_latency)| {
             let (queue, outside_queue, overflow) = queues;
             Params { queue, overflow, outside_queue, outside_latency }
         });
         params.prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
+    }
+
+    /// With replay all fragments of a pixel have to fit into the queue.
+    fn fitted(cfg: Config, frames: &[Vec<Fragment>]) -> Config {
+        if cfg.params.overflow == Overflow::Outside {
+            return cfg;
+        }
+        let deepest = frames.iter().flat_map(|frame| {
+            let transparent = || frame.iter().filter(|f| !f.is_opaque());
+            transparent().map(move |f| transparent().filter(|g| (g.x, g.y) == (f.x, f.y)).count())
+        });
+        let deepest = deepest.max().unwrap_or_default() + ADDED;
+        let queue = cfg.params.queue.max(deepest as u32);
+        Config::new(cfg.screen, Params { queue, ..cfg.params }).unwrap()
     }
 
     fn over_frames(check: &Check) -> OverFrames {
@@ -184,4 +196,28 @@ fn layer_by_layer_comes_out_in_few_rounds() {
         let again = (rounds - 1) * frame.len() as u64;
         assert_eq!(run.tally.figure("replayed"), again, "queue={queue}");
     }
+}
+
+/// One pixel among others has more fragments than the queue holds: in the round of its own the first ones
+/// stay.
+#[test]
+fn a_pixel_among_others_that_does_not_fit_is_cut() {
+    let screen = Screen { width: 5, height: 2, background: 0x40_50_60 };
+    let fragment = |k: u32, x, y| Fragment { x, y, z: k * 7 % 50 + 1, rgba: k << 9 | 0x70 };
+    let many = (0..200).map(|k| fragment(k, k % 5, k / 5 % 2));
+    let deep = (200..260).map(|k| fragment(k, 3, 1));
+    let frame: Vec<Fragment> = many.chain(deep).collect();
+    // 20 fragments at each pixel, 60 more at one.
+    let queue = 25;
+    let params = Params { queue, overflow: Overflow::Replay, ..Params::default() };
+    let setup = Setup::<RBuffer>::free(Config::new(screen, params).unwrap());
+    let mut of_pixel = 0;
+    let mut dropped = vec![];
+    for f in &frame {
+        let deep = (f.x, f.y) == (3, 1);
+        dropped.push(deep && of_pixel >= queue);
+        of_pixel += u32::from(deep);
+    }
+    assert_eq!(dropped.iter().filter(|dropped| **dropped).count(), 55);
+    check_drops(&setup, &frame, &dropped).unwrap();
 }
