@@ -97,3 +97,31 @@ impl Config {
         Ok(Config { screen, params, chains, array, in_memory })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Parameters;
+
+    #[test]
+    fn presets_set_what_they_say() {
+        let by_name = |name| (PRESETS.iter().find(|p| p.name == name).unwrap().params)();
+        assert_eq!(by_name("registers").weights, Weights::Registers);
+        assert_eq!(by_name("memory").weights, Weights::Memory);
+    }
+
+    #[test]
+    fn too_much_storage_is_refused() {
+        let screen = Screen { width: 8192, height: 8192, background: 0 };
+        let mut params = Params::default();
+        params.set("section_capacity", "4").unwrap();
+        let error = Config::new(screen, params).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "parameters pixels + `overflow_sections` + `outside_sections` times `section_capacity` hold \
+             273154048 fragments: expected at most 268435456"
+        );
+        params.set("section_capacity", "3").unwrap();
+        assert!(Config::new(screen, params).is_ok());
+    }
+}
