@@ -5,26 +5,22 @@
 //!             +-----------+ passed       +----------+ picked   +---------+
 //! fragment -->| DepthTest |------->+---->| Selector |--------->| Blender |
 //!             +-----------+        |     +----------+          +---------+
-//!                   |              |   ^   |      |                 |
-//!                   |       popped |   |   |      | pushed          |
-//!                   |     +--------+ +--------+ +-------+           |
-//!                   |     | Passes | | Rounds | | Queue |           |
-//!                   |     +--------+ +--------+ +-------+           |
-//!                   |              ^-------|------+                 |
-//!                   | opaque depth         | depth                  | colour
-//!                   v                      v                        v
-//!             +------------------------------------------------------------+
-//!             | FrameBuffer: depth and colour, two banks                   |
-//!             +------------------------------------------------------------+
-//!                   |
-//!             +---------+
-//!             | Scanout |--> image
-//!             +---------+
+//!                   |              |      |   ^    |                |
+//!                   |       popped |      |   |    | pushed         |
+//!                   |     +--------+      | +--------+ +-------+    |
+//!                   |     | Passes |------|>| Rounds | | Queue |    |
+//!                   |     +--------+      | +--------+ +-------+    |
+//!                   |          ^----------|----------------+        |
+//!                   | depth, colour       | depth            colour |
+//!                   v                     v                         v
+//!             +--------------------------------------------------------------+
+//!             | Display: frame buffer (depth and colour, two banks), scanout |--> image
+//!             +--------------------------------------------------------------+
 //! ```
-//! A frame's transparent fragments go through the selector into the queue, all of them or, if they do not
-//! fit and `overflow=replay`, those of one band of pixels after the other each time that the frame is sent. Then pass follows pass: all that
-//! is in the queue goes through the selector once, the farthest fragment of each pixel is blended, and the
-//! rest goes back. Nothing has to be cleared between frames.
+//! A frame's transparent fragments go through the selector into the queue: all of them or, if they do not fit
+//! and `overflow=replay`, those of one band of pixels after the other, each time that the frame is sent. Then
+//! pass follows pass: all that is in the queue goes through the selector once, the farthest fragment of each
+//! pixel is blended, and the rest goes back. Nothing has to be cleared between frames.
 
 pub mod config;
 pub mod monitor;
