@@ -12,7 +12,7 @@
 
 use crate::pixel::{COLOUR_BITS, Marked, Screen, blend};
 use pellucid_sim::Block;
-use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Label, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Blender;
@@ -29,6 +29,8 @@ pub struct Sorted {
     pub rgba: u32,
     /// The pixel's nearest fragment: nothing follows.
     pub last: bool,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// Registers.
@@ -157,7 +159,12 @@ mod tests {
         for (pixel, layers) in pixels {
             for (k, &[r, g, b, a]) in layers.iter().enumerate() {
                 let last = k + 1 == layers.len();
-                frame.push(Marked::item(Sorted { pixel: *pixel, rgba: rgba(r, g, b, a), last }));
+                frame.push(Marked::item(Sorted {
+                    pixel: *pixel,
+                    rgba: rgba(r, g, b, a),
+                    last,
+                    ..Sorted::default()
+                }));
             }
         }
         frame.push(Marked::end());

@@ -135,8 +135,8 @@ impl Block for DepthTest {
         // First stage: ask for the depth of the next fragment's pixel.
         let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
         if !stall {
-            let Fragment { x, y, z, rgba } = front.payload.item;
-            let item = PixelFragment { pixel: y * cfg.width + x, z, rgba };
+            let Fragment { x, y, z, rgba, label } = front.payload.item;
+            let item = PixelFragment { pixel: y * cfg.width + x, z, rgba, label };
             d.stage =
                 Stream { valid: front.valid, payload: Marked { end: front.payload.end, item } };
             if front.valid && !front.payload.end {
@@ -197,7 +197,12 @@ mod tests {
                 }
                 (true, false) => r.hidden += 1,
                 (false, true) => {
-                    r.passed.push(Marked::item(PixelFragment { pixel, z: f.z, rgba: f.rgba }));
+                    r.passed.push(Marked::item(PixelFragment {
+                        pixel,
+                        z: f.z,
+                        rgba: f.rgba,
+                        label: f.label,
+                    }));
                 }
                 (false, false) => r.culled += 1,
             }
@@ -260,7 +265,7 @@ mod tests {
     }
 
     fn at(x: u32, y: u32, z: u32, alpha: u8) -> Fragment {
-        Fragment { x, y, z, rgba: rgba(z as u8, 7, 9, alpha) }
+        Fragment { x, y, z, rgba: rgba(z as u8, 7, 9, alpha), ..Fragment::default() }
     }
 
     #[test]
@@ -284,14 +289,20 @@ mod tests {
     fn the_same_pixel_in_a_row_sees_the_new_depth() {
         let fragments = [at(1, 0, 50, 255), at(1, 0, 50, 128), at(1, 0, 49, 128)];
         let (r, _) = play(&fragments, Pattern::always(), &Pattern::always());
-        let passed = PixelFragment { pixel: 1, z: 49, rgba: rgba(49, 7, 9, 128) };
+        let passed = PixelFragment {
+            pixel: 1,
+            z: 49,
+            rgba: rgba(49, 7, 9, 128),
+            ..PixelFragment::default()
+        };
         assert_eq!(r.passed, [Marked::item(passed), Marked::end()]);
         assert_eq!((r.drawn, r.hidden, r.culled), (1, 0, 1));
     }
 
     #[test]
     fn of_equal_opaque_fragments_the_first_stays() {
-        let opaque = |red| Fragment { x: 2, y: 1, z: 5, rgba: rgba(red, 0, 0, 255) };
+        let opaque =
+            |red| Fragment { x: 2, y: 1, z: 5, rgba: rgba(red, 0, 0, 255), ..Fragment::default() };
         let (r, _) = play(&[opaque(1), opaque(2)], Pattern::always(), &Pattern::always());
         assert_eq!(r.colour[5], 0x01_00_00);
         assert_eq!((r.drawn, r.hidden), (1, 1));
@@ -317,7 +328,7 @@ mod tests {
         ) {
             let fragments: Vec<Fragment> = fragments
                 .into_iter()
-                .map(|(x, y, z, a, red)| Fragment { x, y, z, rgba: rgba(red, 1, 2, a) })
+                .map(|(x, y, z, a, red)| Fragment { x, y, z, rgba: rgba(red, 1, 2, a), ..Fragment::default() })
                 .collect();
             prop_assert_eq!(play(&fragments, starts, &ready).0, reference(&fragments));
         }

@@ -2,7 +2,7 @@
 //!
 //! Depth is 24 bits unsigned, 0 nearest. Colour is 8-bit unorm per channel, not premultiplied.
 
-use pellucid_sim::{Signals, bits_for, rtl};
+use pellucid_sim::{Label, Signals, bits_for, rtl};
 
 /// Bits of a depth value.
 pub const Z_BITS: u32 = 24;
@@ -28,6 +28,8 @@ pub struct Fragment {
     /// Colour as `0xRRGGBBAA`; alpha 255 is opaque, anything less is transparent.
     #[width(32)]
     pub rgba: u32,
+    /// Which fragment it is, in waveforms. Whoever plays a frame to a machine sets it.
+    pub label: Label,
 }
 
 /// The longest side of a screen, in pixels.
@@ -76,6 +78,8 @@ pub struct PixelFragment {
     /// Colour as `0xRRGGBBAA`.
     #[width(32)]
     pub rgba: u32,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// A fragment as it is read back from storage. Its widths depend on the screen and on the bits of its weight.
@@ -100,6 +104,8 @@ pub struct Arrived {
     pub last: bool,
     /// This is the pixel's last pass.
     pub last_pass: bool,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// What a stream of a frame carries: items, then a mark that ends the frame.

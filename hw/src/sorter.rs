@@ -20,7 +20,7 @@
 use crate::blender::Sorted;
 use crate::pixel::{Arrived, Marked, Screen, Z_BITS};
 use pellucid_sim::Block;
-use pellucid_sim::{Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Label, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct Sorter;
@@ -59,6 +59,8 @@ pub struct Entry {
     pub rgba: u32,
     /// The last of its pixel.
     pub last: bool,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// Registers.
@@ -138,8 +140,8 @@ impl Block for Sorter {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
-        let Entry { pixel, rgba, last, .. } = q.entries[0];
-        let item = Sorted { pixel, rgba, last };
+        let Entry { pixel, rgba, last, label, .. } = q.entries[0];
+        let item = Sorted { pixel, rgba, last, label };
         let end = q.end && q.count == 0;
         Moore {
             ready: !q.end && (q.count < cfg.depth || q.closed == 0),
@@ -176,11 +178,22 @@ impl Block for Sorter {
         let count = q.count - step;
         let closed = q.closed - step;
         if pop || insert {
-            let mut carry = Entry { pixel: item.pixel, z: item.z, rgba: item.rgba, last: false };
+            let mut carry = Entry {
+                pixel: item.pixel,
+                z: item.z,
+                rgba: item.rgba,
+                last: false,
+                label: item.label,
+            };
             let mut placed = false;
             for k in 0..cfg.depth {
-                let behind = (k as usize + 1).min(MAX_DEPTH - 1);
-                let here = if pop { q.entries[behind] } else { q.entries[k as usize] };
+                let here = if !pop {
+                    q.entries[k as usize]
+                } else if k + 1 < cfg.depth {
+                    q.entries[k as usize + 1]
+                } else {
+                    Entry::default()
+                };
                 placed |= insert && k >= closed && (k >= count || here.z < item.z);
                 if placed {
                     d.entries[k as usize] = carry;

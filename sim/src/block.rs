@@ -54,6 +54,8 @@ pub struct Sim<B: Block> {
     d: B::State,
     mem: B::Mem,
     cycle: u64,
+    /// What came out in a cycle at fault.
+    at_fault: Option<B::Out>,
 }
 
 /// What there was to see in one cycle.
@@ -73,7 +75,7 @@ where
     /// The block at power-up, in reset.
     pub fn new(cfg: B::Config) -> Sim<B> {
         let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
-        Sim { cfg, q, d: q, mem, cycle: 0 }
+        Sim { cfg, q, d: q, mem, cycle: 0, at_fault: None }
     }
 
     /// One clock cycle with the inputs `i`; shows that cycle.
@@ -86,11 +88,13 @@ where
         self.q = self.d;
         let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
         if self.mem.clock() {
+            self.at_fault = Some(out);
             return Err(self.fault());
         }
         if cfg!(debug_assertions)
             && let Err(overflow) = self.d.check(&self.cfg)
         {
+            self.at_fault = Some(out);
             return Err(Fault::overflow(self.cycle, overflow));
         }
         self.cycle += 1;
@@ -107,6 +111,12 @@ where
         });
         let (path, kind) = found.unwrap_or_else(|| unreachable!("a memory reported a fault"));
         Fault { path, cycle: self.cycle, kind }
+    }
+
+    /// The cycle at fault, once after [`Sim::clock`] has failed.
+    pub fn at_fault(&mut self) -> Option<Cycle<'_, B>> {
+        let out = self.at_fault.take()?;
+        Some(Cycle { cfg: &self.cfg, q: &self.q, out })
     }
 
     /// Reset: the registers go back; the memories keep what they hold and forget what is under way.
@@ -133,6 +143,11 @@ where
     /// Edges since power-up.
     pub fn cycle(&self) -> u64 {
         self.cycle
+    }
+
+    /// The configuration and the memories.
+    pub fn parts(&mut self) -> (&B::Config, &mut B::Mem) {
+        (&self.cfg, &mut self.mem)
     }
 
     /// The memories.

@@ -15,6 +15,7 @@
 //! | [`mod@netlist`] | the second meaning of a block's source: wires, registers and memories |
 //! | [`mod@fifo`] | a queue in a memory |
 //! | [`mod@figures`] | counters with unit and sentence |
+//! | [`mod@label`] | which item it is that a register or a wire holds |
 //! | [`mod@watchdog`] | stops a simulation in which nothing moves |
 //!
 //! # Example
@@ -61,6 +62,7 @@ extern crate self as pellucid_sim;
 pub mod block;
 pub mod fifo;
 pub mod figures;
+pub mod label;
 pub mod memory;
 pub mod netlist;
 pub mod ram;
@@ -71,6 +73,7 @@ pub mod watchdog;
 pub use block::{Block, Sim};
 pub use fifo::Fifo;
 pub use figures::{Figure, Figures};
+pub use label::Label;
 pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join};
 pub use netlist::Netlist;
 pub use pellucid_sim_derive::{Memory, Signals, rtl};

@@ -31,8 +31,10 @@ impl Memory for () {
 pub trait Storage {
     /// Size and traffic.
     fn info(&self) -> StorageInfo;
-    /// Declares the signals of a word.
-    fn word(&self, to: &mut dyn Declare);
+    /// Declares the signals of a word, under a name.
+    fn word(&self, name: &str, to: &mut dyn Declare);
+    /// Tells the values of the word at `addr`, in the order of [`Storage::word`]; 0 if there is none.
+    fn peek(&self, addr: u32, to: &mut Vec<u64>);
     /// The first misuse since the last call, if any.
     fn take_fault(&mut self) -> Option<FaultKind>;
 }

@@ -438,8 +438,12 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
     fn info(&self) -> StorageInfo {
         self.core.info(Ports::OneReadOneWrite, self.policy)
     }
-    fn word(&self, to: &mut dyn Declare) {
-        T::declare(&self.core.item, "", to);
+    fn word(&self, name: &str, to: &mut dyn Declare) {
+        T::declare(&self.core.item, name, to);
+    }
+    fn peek(&self, addr: u32, to: &mut Vec<u64>) {
+        let Words { words, item, .. } = &self.core;
+        words.get(item, addr).unwrap_or_default().sample(item, to);
     }
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()
@@ -450,8 +454,12 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
     fn info(&self) -> StorageInfo {
         self.core.info(Ports::One, ReadDuringWrite::Forbidden)
     }
-    fn word(&self, to: &mut dyn Declare) {
-        T::declare(&self.core.item, "", to);
+    fn word(&self, name: &str, to: &mut dyn Declare) {
+        T::declare(&self.core.item, name, to);
+    }
+    fn peek(&self, addr: u32, to: &mut Vec<u64>) {
+        let Words { words, item, .. } = &self.core;
+        words.get(item, addr).unwrap_or_default().sample(item, to);
     }
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()

@@ -3,6 +3,7 @@
 //! [`Signals`] is derived (`#[derive(Signals)]`). What is declared serves the width check after
 //! every cycle of a debug build, every waveform format, and the error messages.
 
+use crate::label::Label;
 use crate::netlist::Lift;
 use std::fmt;
 
@@ -34,12 +35,17 @@ pub trait Declare {
     fn close(&mut self);
     /// One signal of 1..=64 bits.
     fn signal(&mut self, name: &str, width: u32, kind: Kind);
+    /// One label. It is no hardware: whoever is after hardware passes over it.
+    fn label(&mut self, _name: &str) {}
 }
 
 /// Receives values, in the order of declarations.
 pub trait Sink {
     /// The value of the next signal.
     fn push(&mut self, value: u64);
+    /// The next label.
+    #[inline(always)]
+    fn label(&mut self, _label: Label) {}
 }
 
 impl Sink for Vec<u64> {

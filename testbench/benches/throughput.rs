@@ -14,6 +14,7 @@ use pellucid_hw::tbuffer::{self, TBuffer};
 use pellucid_sim::Signals;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::Golden;
+use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, Scene};
 use pellucid_testbench::window::Window;
 use std::path::Path;
@@ -55,7 +56,8 @@ where
     M::Out: Signals<Config = M::Config>,
 {
     if let Some(path) = wave {
-        bench.record(path, "machine", &[Window::Cycles { from: 0, to: u64::MAX }]).unwrap();
+        let all = Window::Cycles { from: 0, to: u64::MAX };
+        bench.record(&WaveJob::new(path, &[all]), "machine").unwrap();
     }
     for fragment in frame {
         bench.send(Marked::item(*fragment)).unwrap();

@@ -3,9 +3,9 @@
 use crate::bench::{Bench, BenchError};
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use crate::window::Window;
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
@@ -18,7 +18,7 @@ use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
 use pellucid_sim::Signals;
 use pellucid_sim::netlist::{Module, elaborate};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// An architecture.
 pub struct Architecture {
@@ -193,8 +193,8 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
 pub struct Job<'a> {
     /// The frame.
     pub source: &'a Source,
-    /// Where the waveform goes, and what it shows.
-    pub wave: Option<(PathBuf, Vec<Window>)>,
+    /// The waveform.
+    pub wave: Option<&'a WaveJob>,
     /// Told of every fragment.
     pub progress: &'a mut Progress,
 }
@@ -205,6 +205,8 @@ pub struct Outcome {
     pub image: Image,
     /// What was counted.
     pub tally: Tally,
+    /// What the waveform has.
+    pub wave: WaveReport,
 }
 
 /// A machine that is ready to run.
@@ -258,8 +260,8 @@ where
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {
         let Job { source, wave, progress } = job;
         let mut bench = Bench::<M>::new(self.cfg);
-        if let Some((path, windows)) = wave {
-            bench.record(&path, "machine", &windows)?;
+        if let Some(wave) = wave {
+            bench.record(wave, "machine")?;
         }
         let played = bench
             .frame(|bench| {
@@ -272,16 +274,24 @@ where
                 progress.turn_to("resolving");
                 bench.wait_for(1, || progress.step())
             });
-        // The waveform is wanted most of all when the model went wrong; a frame that could not be
-        // read leaves none.
-        if !matches!(played, Err(BenchError::Source(_) | BenchError::Output(_))) {
-            bench.finish_wave()?;
+        if let Err(error) = &played {
+            bench.show_failure(error)?;
         }
+        // The waveform is wanted most of all when the model went wrong; a frame that could not be
+        // read leaves none, and one that could not be written is as far as it goes.
+        let wave = match &played {
+            Err(BenchError::Source(_)) => {
+                bench.discard_wave();
+                WaveReport::default()
+            }
+            Err(BenchError::Output(_) | BenchError::Wave(_)) => WaveReport::default(),
+            _ => bench.finish_wave()?,
+        };
         played?;
         let image = bench.take_images().pop().unwrap_or_else(|| {
             unreachable!("the end of a frame waits for its image");
         });
-        Ok(Outcome { image, tally: bench.tally() })
+        Ok(Outcome { image, tally: bench.tally(), wave })
     }
 
     fn netlist(&self) -> Module {

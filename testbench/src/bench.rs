@@ -1,16 +1,18 @@
 //! The bench: a machine under the clock, fed with frames, watched, and its images caught.
 
 use crate::image::Image;
-use crate::output::{AtomicFile, OutputError, create_dir, put};
+use crate::output::{AtomicFile, OutputError};
+use crate::recorder::{Recorder, WaveError, WaveJob, WaveReport};
 use crate::source::SourceError;
-use crate::window::{Follow, Window};
 use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
-use pellucid_sim::{Deadlock, Declare, Fault, Memory, Signals, Sim, Stream, Violation, Watchdog};
+use pellucid_sim::{
+    Deadlock, Declare, Fault, Label, Memory, Signals, Sim, Stream, Violation, Watchdog,
+};
 use pellucid_verilog::lockstep::Vectors;
-use pellucid_waveforms::{Vcd, ViewFile, gtkwave};
+use pellucid_waveforms::StreamOf;
 use std::path::{Path, PathBuf};
 
 /// Cycles without progress after which a simulation is given up.
@@ -33,39 +35,23 @@ pub enum BenchError {
     /// The frame could not be read.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// The waveform could not be written.
+    /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The waveform could not be begun.
+    #[error(transparent)]
+    Wave(#[from] WaveError),
 }
 
-/// A waveform being written.
-struct Wave {
-    vcd: Vcd<AtomicFile>,
-    path: PathBuf,
-    windows: Vec<Follow>,
-    /// How viewers show it, written beside it.
-    view: Vec<ViewFile>,
-}
-
-impl Wave {
-    /// The cycle comes by value: where nothing is recorded, it need not be in memory at all.
-    #[inline(never)]
-    fn show<M: Machine>(&mut self, time: u64, phase: Phase, cycle: Cycle<M>) -> std::io::Result<()>
-    where
-        M::State: Signals<Config = M::Config>,
-        M::Out: Signals<Config = M::Config>,
-    {
-        let mut shown = false;
-        for window in &mut self.windows {
-            shown |= window.covers(time, phase);
+impl BenchError {
+    /// In a word or two what is wrong with the model; nothing if it is not the model.
+    pub fn fault(&self) -> Option<String> {
+        match self {
+            BenchError::Fault(fault) => Some(format!("fault in {}", fault.path)),
+            BenchError::Violation(violation) => Some(format!("{} breaks a rule", violation.stream)),
+            BenchError::Deadlock(_) => Some("stands still".to_string()),
+            BenchError::Source(_) | BenchError::Output(_) | BenchError::Wave(_) => None,
         }
-        if !shown {
-            return self.vcd.gap(time);
-        }
-        self.vcd.cycle(time, |to| {
-            cycle.q.sample(cycle.cfg, to);
-            cycle.out.sample(cycle.cfg, to);
-        })
     }
 }
 
@@ -90,6 +76,24 @@ impl Recording {
     }
 }
 
+/// The cycle comes by value: where nothing is recorded, it need not be in memory at all.
+#[inline(never)]
+fn show<M: Machine>(
+    wave: &mut Recorder,
+    time: u64,
+    phase: Phase,
+    cycle: Cycle<M>,
+) -> Result<(), OutputError>
+where
+    M::State: Signals<Config = M::Config>,
+    M::Out: Signals<Config = M::Config>,
+{
+    wave.cycle(time, phase, |to| {
+        cycle.q.sample(cycle.cfg, to);
+        cycle.out.sample(cycle.cfg, to);
+    })
+}
+
 /// See the module's description.
 pub struct Bench<M: Machine>
 where
@@ -106,7 +110,9 @@ where
     ready_at: Option<u64>,
     phase: Phase,
     replay: bool,
-    wave: Option<Wave>,
+    /// The frame's fragments that were taken so far.
+    taken: u32,
+    wave: Option<Recorder>,
     recording: Option<Recording>,
     display: Option<Box<dyn FnMut(u64) -> bool>>,
 }
@@ -129,6 +135,7 @@ where
             ready_at: None,
             phase: Phase::Clear,
             replay: false,
+            taken: 0,
             wave: None,
             recording: None,
             display: None,
@@ -140,30 +147,20 @@ where
         self.display = Some(Box::new(ready));
     }
 
-    /// Writes the cycles of `windows` to the VCD file `path`, and beside it what GTKWave needs to show it.
-    /// `scope` names the machine in it.
+    /// Writes a waveform from now on, and at its end beside it what viewers need to show it. `scope` names
+    /// the machine in it.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub fn record(
-        &mut self,
-        path: &Path,
-        scope: &str,
-        windows: &[Window],
-    ) -> Result<(), OutputError> {
-        let file = AtomicFile::create(path)?;
-        let cfg = self.sim.config();
+    /// The file cannot be written, or something is asked for that the machine does not have.
+    pub fn record(&mut self, job: &WaveJob, scope: &str) -> Result<(), WaveError> {
+        let streams = self.tally().streams.into_iter();
+        let streams = streams.map(|s| StreamOf { name: s.name.into(), to: s.to.into() }).collect();
+        let (cfg, memories) = self.sim.parts();
         let declare = |to: &mut dyn Declare| {
-            to.open(scope);
             M::State::declare(cfg, "registers", to);
             M::Out::declare(cfg, "wires", to);
-            to.close();
         };
-        let vcd = Vcd::new(file, declare).map_err(|e| OutputError::write(path, &e))?;
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let view = gtkwave(&stem, declare);
-        let windows = windows.iter().map(|w| Follow::new(*w)).collect();
-        self.wave = Some(Wave { vcd, path: path.to_owned(), windows, view });
+        self.wave = Some(Recorder::new(job, scope, streams, declare, memories)?);
         Ok(())
     }
 
@@ -198,20 +195,26 @@ where
     /// # Errors
     /// See [`BenchError`].
     #[inline(always)]
-    pub fn step(&mut self, fragment: Stream<Marked<Fragment>>) -> Result<bool, BenchError> {
+    pub fn step(&mut self, mut fragment: Stream<Marked<Fragment>>) -> Result<bool, BenchError> {
         let at = self.sim.cycle();
+        let Marked { end, item } = &mut fragment.payload;
+        if !*end {
+            item.label = Label::new(self.taken, item.x as u16, item.y as u16);
+        }
         let image_ready = match &mut self.display {
             None => true,
             Some(ready) => ready(at),
         };
         let frame = Frame { fragment, image_ready };
-        let cycle = self.sim.clock(frame)?;
-        self.monitor.observe(cycle.cfg, cycle.q, &cycle.out)?;
-        if cfg!(debug_assertions)
-            && let Err(overflow) = cycle.out.check(cycle.cfg)
+        if let Some(wave) = &mut self.wave
+            && wave.peeks()
         {
-            return Err(Fault::overflow(at, overflow).into());
+            wave.peek(self.sim.memories());
         }
+        let cycle = self.sim.clock(frame)?;
+        // A cycle with a fault is shown before it is told of.
+        let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
+        let fits = if cfg!(debug_assertions) { cycle.out.check(cycle.cfg) } else { Ok(()) };
         let ports = M::ports(&cycle.out);
         self.replay = ports.replay;
         if ports.phase != self.phase {
@@ -221,20 +224,18 @@ where
         if let Some(recording) = &mut self.recording {
             recording.show(&frame, &cycle)?;
         }
-        if let Some(wave) = &mut self.wave {
-            let shown = match self.ready_at {
-                None => Ok(()),
-                Some(zero) => {
-                    // A frame's first fragment comes in while the machine still is idle.
-                    let first =
-                        ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
-                    let phase = if first { Phase::Store } else { ports.phase };
-                    wave.show(at - zero, phase, cycle)
-                }
-            };
-            if let Err(error) = shown {
-                return Err(OutputError::write(&wave.path, &error).into());
-            }
+        if let Some(wave) = &mut self.wave
+            && let Some(zero) = self.ready_at
+        {
+            // A frame's first fragment comes in while the machine still is idle.
+            let first = ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
+            let phase = if first { Phase::Store } else { ports.phase };
+            show(wave, at - zero, phase, cycle)?;
+        }
+        observed?;
+        fits.map_err(|overflow| Fault::overflow(at, overflow))?;
+        if fragment.valid && ports.fragment_ready {
+            self.taken = if fragment.payload.end { 0 } else { self.taken.saturating_add(1) };
         }
         if ports.image.fires() {
             self.pixel(ports.image.payload);
@@ -243,6 +244,23 @@ where
             self.look()?;
         }
         Ok(ports.fragment_ready)
+    }
+
+    /// Shows the cycles before that in which the model was found at fault, where the waveform waits for that.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn show_failure(&mut self, error: &BenchError) -> Result<(), OutputError> {
+        let Some(what) = error.fault() else { return Ok(()) };
+        let zero = self.ready_at.unwrap_or(0);
+        // Unless the cycle came to its end, it has not been counted.
+        let mut time = self.sim.cycle().saturating_sub(zero);
+        let Some(wave) = &mut self.wave else { return Ok(()) };
+        match self.sim.at_fault() {
+            Some(cycle) => show(wave, time, self.phase, cycle)?,
+            None => time = time.saturating_sub(1),
+        }
+        wave.failure(time, &what)
     }
 
     /// Sends one item, for as many cycles as that takes.
@@ -309,6 +327,7 @@ where
         self.sim.reset();
         self.monitor = M::Monitor::new(self.sim.config());
         self.pixels.clear();
+        self.taken = 0;
         self.phase = Phase::Clear;
         match &mut self.recording {
             None => Ok(()),
@@ -323,24 +342,20 @@ where
         std::mem::take(&mut self.images)
     }
 
-    /// Closes the waveform, if one is recorded.
+    /// Ends the waveform, if one is recorded, and tells what it has.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub fn finish_wave(&mut self) -> Result<(), OutputError> {
+    /// A file cannot be written.
+    pub fn finish_wave(&mut self) -> Result<WaveReport, OutputError> {
+        let Some(wave) = self.wave.take() else { return Ok(WaveReport::default()) };
         let time = self.sim.cycle() - self.ready_at.unwrap_or(self.sim.cycle());
-        match self.wave.take() {
-            None => Ok(()),
-            Some(Wave { vcd, path, view, .. }) => {
-                let file = vcd.finish(time).map_err(|e| OutputError::write(&path, &e))?;
-                file.finish()?;
-                for ViewFile { name, text } in view {
-                    let path = path.with_file_name(name);
-                    path.parent().map_or(Ok(()), create_dir)?;
-                    put(&path, &text)?;
-                }
-                Ok(())
-            }
+        wave.finish(time)
+    }
+
+    /// Removes the waveform, if one is recorded.
+    pub fn discard_wave(&mut self) {
+        if let Some(wave) = self.wave.take() {
+            wave.discard();
         }
     }
 

@@ -6,7 +6,7 @@
 //! target that is already there keeps its old content until then.
 //!
 //! A signal ends a process without dropping anything: its handler calls [`abandon`], which removes the
-//! temporary files first.
+//! temporary files first. Waveforms alone are of use as far as they are written: see [`mod@partial`].
 //!
 //! A target that exists and is no regular file (`/dev/null`, a pipe) is written directly: there is
 //! nothing to keep whole, and replacing a device by a file would do harm.
@@ -29,6 +29,20 @@ pub enum OutputError {
         path: PathBuf,
         /// What the system said.
         reason: String,
+    },
+    /// A file that is of use as far as it is written could not be written to its end.
+    #[error(
+        "cannot write `{}`: {reason}; what was written until then is `{}`",
+        path.display(),
+        partial.display()
+    )]
+    Partial {
+        /// The final path.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+        /// Where it is as far as it goes.
+        partial: PathBuf,
     },
     /// A folder could not be made or cannot be used.
     #[error("cannot use `{}` as output folder: {reason}", path.display())]
@@ -226,6 +240,7 @@ pub fn create_dir(path: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
+pub mod partial;
 pub mod scratch;
 
 #[cfg(test)]

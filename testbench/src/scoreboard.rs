@@ -3,6 +3,7 @@
 
 use crate::golden::{Reference, error_bound};
 use crate::image::{Difference, Image};
+use crate::window::Window;
 use pellucid_hw::machine::{Arithmetic, Check, Tally};
 
 /// The judgement of one run.
@@ -94,6 +95,21 @@ impl Verdict {
     /// Whether the run is right but for fragments that it dropped and said so.
     pub fn is_right_but_for_drops(&self) -> bool {
         self.wrong.is_empty() && (self.dropped > 0 || self.image_is_right())
+    }
+
+    /// Whether the run passes, if dropped fragments may be no failure.
+    pub fn passes(&self, allow_drops: bool) -> bool {
+        self.is_right() || (allow_drops && self.is_right_but_for_drops())
+    }
+
+    /// Where to look for what is wrong: the first fragment that was dropped, or all fragments of the first
+    /// pixel that is not what it must be. Nothing if all is right, or if only a count tells of what is wrong.
+    pub fn place(&self) -> Option<Window> {
+        if self.dropped > 0 {
+            return Some(Window::Event { name: "dropped".to_string() });
+        }
+        let wrong = self.golden.first.or(self.beyond.first);
+        wrong.map(|(x, y)| Window::Pixel { x: x as u16, y: y as u16 })
     }
 
     /// What is right, in a sentence; nothing if there is a fault.

@@ -5,12 +5,12 @@ use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
 use crate::progress::Progress;
+use crate::recorder::{WaveJob, WaveReport};
 use crate::report::Report;
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::window::Window;
 use pellucid_hw::machine::{Arithmetic, Census};
-use std::path::PathBuf;
 
 /// A scene, and what the golden model says of it.
 pub struct Case {
@@ -30,6 +30,8 @@ pub struct Trial {
     pub verdict: Verdict,
     /// Its figures.
     pub report: Report,
+    /// What its waveform has.
+    pub wave: WaveReport,
 }
 
 /// A scene of which the golden model can say nothing.
@@ -63,8 +65,9 @@ impl Case {
         Ok(Case { scene: scene.to_string(), source, reference: golden.finish() })
     }
 
-    /// Sends the scene through a machine of the architecture `arch` and judges what it gives. `wave` is
-    /// where the waveform goes, and what it shows.
+    /// Sends the scene through a machine of the architecture `arch` and judges what it gives. Where the model
+    /// turns out to be at fault and a waveform is asked for, the frame is played again: then the waveform has
+    /// the cycles before, too.
     ///
     /// # Errors
     /// See [`BenchError`].
@@ -75,19 +78,56 @@ impl Case {
         &self,
         arch: &'static str,
         machine: &dyn Runnable,
-        wave: Option<(PathBuf, Vec<Window>)>,
+        wave: Option<&WaveJob>,
         progress: &mut Progress,
     ) -> Result<Trial, BenchError> {
+        match (machine.run(Job { source: &self.source, wave, progress }), wave) {
+            // A model is the same every time: it fails again.
+            (Err(error), Some(wave)) if error.fault().is_some() => {
+                self.run_again(arch, machine, wave, Window::Failure, progress)
+            }
+            (outcome, _) => self.judge(arch, machine, outcome?),
+        }
+    }
+
+    /// The same once more, for a waveform with a further window.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    ///
+    /// # Panics
+    /// As [`Case::run`] does.
+    pub fn run_again(
+        &self,
+        arch: &'static str,
+        machine: &dyn Runnable,
+        wave: &WaveJob,
+        window: Window,
+        progress: &mut Progress,
+    ) -> Result<Trial, BenchError> {
+        let windows = wave.windows.iter().cloned().chain([window]).collect();
+        let wave = WaveJob { windows, ..wave.clone() };
+        progress.turn_to("again, for the waveform");
+        let outcome = machine.run(Job { source: &self.source, wave: Some(&wave), progress })?;
+        self.judge(arch, machine, outcome)
+    }
+
+    /// Judges what a machine gave.
+    fn judge(
+        &self,
+        arch: &'static str,
+        machine: &dyn Runnable,
+        outcome: Outcome,
+    ) -> Result<Trial, BenchError> {
         let (screen, reference) = (self.source.screen(), &self.reference);
-        let outcome = machine.run(Job { source: &self.source, wave, progress })?;
         let histogram = reference.stored_histogram.clone();
         let census = Census { stored: reference.stored, histogram };
         let closed_forms = machine.closed_forms(&outcome.tally, &census);
-        let Outcome { image, tally } = outcome;
+        let Outcome { image, tally, wave } = outcome;
         let arithmetic = machine.arithmetic();
         let verdict = Verdict::new(reference, arithmetic, &image, &tally, closed_forms);
         let values = machine.values();
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
-        Ok(Trial { image, verdict, report })
+        Ok(Trial { image, verdict, report, wave })
     }
 }

@@ -1,11 +1,12 @@
-//! GTKWave takes the waveform: `vcd2fst` converts it and every value survives, and GTKWave itself shows
-//! what the save file says.
+//! GTKWave takes the waveform: its converters from one format to the other keep every value, and GTKWave
+//! itself shows what the save file says.
 
 mod tools;
 
 use pellucid_testbench::arch::ARCHITECTURES;
 use std::path::Path;
 use std::process::Command;
+use wellen::SignalValueRef;
 
 /// Every signal's full name with all its changes.
 fn changes(path: &Path) -> Vec<(String, Vec<(u64, String)>)> {
@@ -19,8 +20,11 @@ fn changes(path: &Path) -> Vec<(String, Vec<(u64, String)>)> {
         .into_iter()
         .map(|(name, signal)| {
             let changes = wave.get_signal(signal).unwrap().iter_changes();
-            let bits = changes.map(|(at, v)| (times[at as usize], v.to_bit_string().unwrap()));
-            (name, bits.collect())
+            let text = |value: SignalValueRef| match value {
+                SignalValueRef::String(text) => text.to_string(),
+                value => value.to_bit_string().unwrap(),
+            };
+            (name, changes.map(|(at, value)| (times[at as usize], text(value))).collect())
         })
         .collect();
     all.sort();
@@ -28,30 +32,48 @@ fn changes(path: &Path) -> Vec<(String, Vec<(u64, String)>)> {
 }
 
 #[test]
-fn gtkwave_reads_the_same_values() {
-    // It comes with GTKWave.
-    if !tools::have(&["vcd2fst"]) {
+fn converters_keep_every_value() {
+    // They come with GTKWave.
+    if !tools::have(&["vcd2fst", "fst2vcd"]) {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
-        .args(["run", "--scene", "glass", "--width", "40", "--height", "30", "--quiet"])
-        .args(["--wave", "0..300", "--out"])
-        .arg(folder.path())
-        .status()
-        .unwrap();
-    assert!(run.success());
-    let (vcd, fst) = (folder.path().join("wave.vcd"), folder.path().join("wave.fst"));
-    let converted = Command::new("vcd2fst").arg(&vcd).arg(&fst).output().unwrap();
-    assert!(converted.status.success(), "{}", String::from_utf8_lossy(&converted.stderr));
-    let (before, after) = (changes(&vcd), changes(&fst));
-    assert!(before.len() > 100, "only {} signals", before.len());
-    assert_eq!(before, after);
+    for (format, there, back) in [("vcd", "vcd2fst", "fst2vcd"), ("fst", "fst2vcd", "vcd2fst")] {
+        let folder = tempfile::tempdir().unwrap();
+        let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+            .args(["run", "--scene", "glass", "--width", "40", "--height", "30", "--quiet"])
+            .args(["--wave", "0..300,400..500", "--wave-format", format, "--out"])
+            .arg(folder.path())
+            .status()
+            .unwrap();
+        assert!(run.success());
+        let wave = folder.path().join("wave").with_extension(format);
+        let other = folder.path().join("there").with_extension(&there[4..]);
+        let again = folder.path().join("back").with_extension(format);
+        for (tool, from, to) in [(there, &wave, &other), (back, &other, &again)] {
+            let mut command = Command::new(tool);
+            let converted = if tool == "vcd2fst" {
+                command.arg(from).arg(to).output().unwrap()
+            } else {
+                command.arg("-f").arg(from).arg("-o").arg(to).output().unwrap()
+            };
+            let said = String::from_utf8_lossy(&converted.stderr);
+            assert!(converted.status.success(), "{tool}: {said}");
+        }
+        let whole = changes(&wave);
+        assert!(whole.len() > 100, "only {} signals", whole.len());
+        assert_eq!(whole, changes(&other), "{there}");
+        assert_eq!(whole, changes(&again), "{back}");
+    }
 }
 
 /// The signals that a save file names, in their order.
 fn intended(save: &str) -> Vec<String> {
-    save.lines().filter(|line| line.starts_with("top.")).map(str::to_string).collect()
+    // Labels have another name before their path.
+    let path = |line: &str| match line.split_once("} ") {
+        Some((alias, path)) if alias.starts_with("+{") => path.to_string(),
+        _ => line.to_string(),
+    };
+    save.lines().map(path).filter(|line| line.starts_with("top.")).collect()
 }
 
 /// What GTKWave shows is what the save file names: it drops a signal that it does not know without a word.
@@ -61,11 +83,13 @@ fn gtkwave_shows_what_is_intended_of_every_architecture() {
         return;
     }
     for arch in ARCHITECTURES {
-        for (preset, _) in (arch.presets)() {
+        for (k, (preset, _)) in (arch.presets)().into_iter().enumerate() {
+            let format = ["vcd", "fst"][k % 2];
             let folder = tempfile::tempdir().unwrap();
             let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
                 .args(["run", "--scene", "glass", "--width", "40", "--height", "30", "--quiet"])
                 .args(["--arch", arch.name, "--preset", preset, "--wave", "0..300", "--out", "a"])
+                .args(["--wave-format", format])
                 .current_dir(folder.path())
                 .status()
                 .unwrap();

@@ -13,7 +13,7 @@ use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
 use pellucid_sim::netlist::{Evaluator, elaborate};
-use pellucid_sim::{Signals, Sim, Stream};
+use pellucid_sim::{Label, Signals, Sim, Stream};
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -129,7 +129,13 @@ where
     let fragment = |k: u32| {
         let n = k.wrapping_mul(2_654_435_761);
         let alpha = if n & 7 == 0 { 255 } else { n >> 8 & 255 };
-        Fragment { x: n % 5, y: (n >> 9) % 4, z: n >> 3 & 0xff_ffff, rgba: n << 8 | alpha }
+        Fragment {
+            x: n % 5,
+            y: (n >> 9) % 4,
+            z: n >> 3 & 0xff_ffff,
+            rgba: n << 8 | alpha,
+            label: Label::NONE,
+        }
     };
     let frame = |from| (from..from + 60).map(fragment).map(Marked::item).chain([Marked::end()]);
     let (first, second): (Vec<_>, Vec<_>) = (frame(0).collect(), frame(1000).collect());

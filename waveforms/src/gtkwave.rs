@@ -1,51 +1,14 @@
-//! What GTKWave needs to show a dump at once: a save file, and files that translate states to names.
+//! What GTKWave needs to show a waveform at once: a save file, and files that translate states to names.
 //!
-//! The save file lists the clock, then the wires: streams as groups of `valid`, `ready` and payload,
-//! events as single bits; then a closed group of registers for each block. States show their names,
-//! how many items are in a queue shows as steps. All paths in it are relative, so the files can be
-//! moved together.
+//! All paths in the save file are relative, so the files can be moved together.
 
-use pellucid_sim::{Declare, Kind, States};
-use std::collections::BTreeSet;
+use crate::fst::LABEL_CHARS;
+use crate::layout::Entry;
+use crate::layout::Form;
+use crate::vcd::CYCLE_BITS;
+use crate::view::{COLOURS, Line, List, Style, Table, View, ViewFile};
+use crate::wave::{FileFormat, PERIOD_NS};
 use std::fmt::Write;
-
-/// A file of the set-up.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ViewFile {
-    /// Its path, relative to the folder of the dump.
-    pub name: String,
-    /// What it holds.
-    pub text: String,
-}
-
-/// A signal of the dump.
-struct Found {
-    /// The scopes that it stands in, from the outermost on.
-    scopes: Vec<String>,
-    name: String,
-    width: u32,
-    kind: Kind,
-}
-
-/// Gathers declarations.
-#[derive(Default)]
-struct Signals {
-    scopes: Vec<String>,
-    found: Vec<Found>,
-}
-
-impl Declare for Signals {
-    fn open(&mut self, name: &str) {
-        self.scopes.push(name.to_string());
-    }
-    fn close(&mut self) {
-        self.scopes.pop();
-    }
-    fn signal(&mut self, name: &str, width: u32, kind: Kind) {
-        let (scopes, name) = (self.scopes.clone(), name.to_string());
-        self.found.push(Found { scopes, name, width, kind });
-    }
-}
 
 /// How a trace is drawn: GTKWave's flags.
 mod flag {
@@ -53,154 +16,115 @@ mod flag {
     pub const DECIMAL: u32 = 0x24;
     pub const BINARY: u32 = 0x28;
     pub const BLANK: u32 = 0x200;
+    pub const ASCII: u32 = 0x820;
     pub const TRANSLATED: u32 = 0x2000;
     pub const STEPS: u32 = 0x8000;
     pub const STRETCH: u32 = 0x2_0000;
+    pub const HIDDEN: u32 = 0x1000;
     pub const CLOSED: u32 = 0x40_0000;
     pub const GROUP_BEGIN: u32 = 0x80_0000;
     pub const GROUP_END: u32 = 0x100_0000;
 }
 
-/// From how many bits on a number is shown in hexadecimal digits: depths and colours are.
-const HEX_FROM: u32 = 24;
-/// Colours of states, in the order of their numbers.
-const COLOURS: [&str; 6] =
-    ["DarkSlateGray", "DarkGreen", "DarkBlue", "Purple4", "DarkGoldenrod4", "Maroon"];
-/// GTKWave's number of the colour of a thing that should not happen, and of anything else that happens.
+/// GTKWave's numbers of the colours of troubles, of other events and of labels.
 const RED: u32 = 1;
 const YELLOW: u32 = 3;
-/// Events that slow a machine down or lose something.
-const TROUBLE: [&str; 4] = ["dropped", "waits", "spilled", "round_failed"];
+const BLUE: u32 = 5;
+/// How many markers can have names: a letter each.
+const MARKERS: usize = 26;
+/// How many cycles are seen before the one where the view begins.
+const BEFORE: u64 = 6;
 
-/// A save file being written.
-struct Save {
-    text: String,
-    stem: String,
-    /// Tables of state names, in the order of their first use; GTKWave counts them from 1.
-    tables: Vec<&'static States>,
-}
-
-impl Save {
-    fn line(&mut self, text: std::fmt::Arguments) {
-        // Writing to a string does not fail.
-        let _ = writeln!(self.text, "{text}");
-    }
-
-    fn group(&mut self, name: &str, closed: bool, signals: &[&Found]) {
-        let state = if closed { flag::CLOSED } else { 0 };
-        self.line(format_args!("@{:x}\n-{name}", flag::GROUP_BEGIN | flag::BLANK | state));
-        for signal in signals {
-            self.signal(signal);
-        }
-        self.line(format_args!("@{:x}\n-{name}", flag::GROUP_END | flag::BLANK | state));
-    }
-
-    fn signal(&mut self, signal: &Found) {
-        let mut path = format!("top.{}.{}", signal.scopes.join("."), signal.name);
-        if signal.width > 1 {
-            let _ = write!(path, "[{}:0]", signal.width - 1);
-        }
-        let event = signal.scopes.last().is_some_and(|scope| scope == "events");
-        match signal.kind {
-            Kind::State(states) => {
-                let number = self.table(states);
-                let file = filter(&self.stem, number, states);
-                self.line(format_args!("@{:x}\n^{number} {file}", flag::HEX | flag::TRANSLATED));
-            }
-            _ if event => {
-                let trouble = TROUBLE.contains(&signal.name.as_str());
-                let colour = if trouble { RED } else { YELLOW };
-                self.line(format_args!("@{:x}\n[color] {colour}", flag::BINARY));
-            }
-            _ if signal.width == 1 => self.line(format_args!("@{:x}", flag::BINARY)),
-            _ if signal.name == "count" => {
-                self.line(format_args!("@{:x}", flag::DECIMAL | flag::STEPS));
-            }
-            _ if signal.width >= HEX_FROM => self.line(format_args!("@{:x}", flag::HEX)),
-            _ => self.line(format_args!("@{:x}", flag::DECIMAL)),
-        }
-        self.line(format_args!("{path}"));
-        if signal.name == "count" && signal.width > 1 {
-            // Room for the steps.
-            self.line(format_args!("@{:x}\n-", flag::STRETCH));
-        }
-    }
-
-    fn table(&mut self, states: &'static States) -> usize {
-        let known = self.tables.iter().position(|known| *known == states);
-        known.map_or_else(
-            || {
-                self.tables.push(states);
-                self.tables.len()
-            },
-            |at| at + 1,
-        )
-    }
-}
-
-/// The name of the file that translates table `number` of states: several may have one name.
-fn filter(stem: &str, number: usize, states: &States) -> String {
-    format!("{stem}.states/{}-{number}", states.name)
+/// The file that translates a table of states.
+fn filter(stem: &str, table: &Table) -> String {
+    format!("{stem}.states/{}", table.name)
 }
 
 /// The lines of that file: a number as it is shown in hexadecimal digits, a colour and a name.
-fn translation(states: &States) -> String {
-    let bits = usize::BITS - (states.variants.len().max(2) - 1).leading_zeros();
-    let digits = bits.div_ceil(4) as usize;
+fn translation(table: &Table) -> String {
+    let digits = table.bits().div_ceil(4) as usize;
     let mut text = String::new();
-    for (number, name) in states.variants.iter().enumerate() {
-        let colour = COLOURS[number % COLOURS.len()];
+    for (number, name) in table.states.variants.iter().enumerate() {
+        let (colour, _) = COLOURS[number % COLOURS.len()];
         let _ = writeln!(text, "{number:0digits$x} ?{colour}?{name}");
     }
     text
 }
 
-/// The set-up for the dump `{stem}.vcd` of the signals that `declare` declares, in the scope of a machine
-/// with its `registers` and its `wires`.
-pub fn gtkwave(stem: &str, declare: impl FnOnce(&mut dyn Declare)) -> Vec<ViewFile> {
-    let mut signals = Signals::default();
-    declare(&mut signals);
-    let found = signals.found;
-    let below = |part: &'static str| {
-        found.iter().filter(move |s| s.scopes.get(1).is_some_and(|scope| scope == part))
-    };
+/// What a label is called: its stage, as all labels have one name.
+fn alias(entry: &Entry) -> &str {
+    entry.scopes.last().map_or("", |scope| &scope[..])
+}
 
-    let mut save = Save { text: String::new(), stem: stem.to_string(), tables: vec![] };
-    save.line(format_args!("[dumpfile] \"{stem}.vcd\"\n[savefile] \"{stem}.gtkw\""));
-    save.line(format_args!("[timestart] 0\n[size] 1600 1000\n[pos] -1 -1"));
-    save.line(format_args!("*-6.000000 -1"));
-    save.line(format_args!("[sst_width] 220\n[signals_width] 260\n[sst_expanded] 0"));
-    save.line(format_args!("@{:x}\ntop.clk", flag::BINARY));
-
-    // A stream is a scope with `valid` and `ready`; all below it is its payload.
-    let with = |name: &str| -> BTreeSet<&[String]> {
-        below("wires").filter(|s| s.name == name).map(|s| &s.scopes[..]).collect()
+/// The save file and those that it names.
+pub(crate) fn files(view: &View, list: &List) -> Vec<ViewFile> {
+    let (stem, mut text) = (&view.stem, String::new());
+    // Writing to a string does not fail.
+    let mut line = |args: std::fmt::Arguments| {
+        let _ = writeln!(text, "{args}");
     };
-    let (valid, ready) = (with("valid"), with("ready"));
-    let streams: BTreeSet<&[String]> = valid.intersection(&ready).copied().collect();
-    let group_of = |signal: &Found| {
-        let scopes = &signal.scopes;
-        let stream = (2..=scopes.len()).find(|len| streams.contains(&scopes[..*len]));
-        scopes[2..stream.unwrap_or(scopes.len())].join(".")
-    };
-    let wires: Vec<&Found> = below("wires").collect();
-    for group in wires.chunk_by(|a, b| group_of(a) == group_of(b)) {
-        match group_of(group[0]).as_str() {
-            "" => group.iter().for_each(|signal| save.signal(signal)),
-            name => save.group(name, false, group),
+    let extension = view.format.extension();
+    line(format_args!("[dumpfile] \"{stem}.{extension}\"\n[savefile] \"{stem}.gtkw\""));
+    let begins = view.begins();
+    let start = begins.saturating_sub(BEFORE).max(view.first.min(begins)) * PERIOD_NS;
+    line(format_args!("[timestart] {start}\n[size] 1600 1000\n[pos] -1 -1"));
+    // Zoom, the main marker, those with names.
+    let mut times = format!("*-5.000000 {}", begins * PERIOD_NS);
+    for k in 0..MARKERS {
+        let marker = view.markers.get(k).map(|marker| marker.cycle * PERIOD_NS);
+        let _ = write!(times, " {}", marker.map_or("-1".to_string(), |time| time.to_string()));
+    }
+    line(format_args!("{times}"));
+    for (letter, marker) in ('A'..='Z').zip(&view.markers) {
+        line(format_args!("[markername] {letter}{}", marker.name));
+    }
+    line(format_args!("[sst_width] 220\n[signals_width] 260\n[sst_expanded] 0"));
+    line(format_args!("@{:x}\ntop.clk", flag::BINARY));
+    line(format_args!("@{:x}\ntop.cycle[{}:0]", flag::DECIMAL, CYCLE_BITS - 1));
+    for item in &list.lines {
+        let (entry, style) = match item {
+            Line::Open { name, closed } => {
+                let state = if *closed { flag::CLOSED } else { 0 };
+                line(format_args!("@{:x}\n-{name}", flag::GROUP_BEGIN | flag::BLANK | state));
+                continue;
+            }
+            Line::Close { name, closed } => {
+                let state = if *closed { flag::CLOSED | flag::HIDDEN } else { 0 };
+                line(format_args!("@{:x}\n-{name}", flag::GROUP_END | flag::BLANK | state));
+                continue;
+            }
+            Line::Signal { entry, style } => (*entry, *style),
+        };
+        match style {
+            Style::States(number) => {
+                let file = filter(stem, &list.tables[number]);
+                let flags = flag::HEX | flag::TRANSLATED;
+                line(format_args!("@{flags:x}\n^{} {file}", number + 1));
+            }
+            Style::Trouble => line(format_args!("@{:x}\n[color] {RED}", flag::BINARY)),
+            Style::Event => line(format_args!("@{:x}\n[color] {YELLOW}", flag::BINARY)),
+            Style::Bit => line(format_args!("@{:x}", flag::BINARY)),
+            Style::Level => line(format_args!("@{:x}", flag::DECIMAL | flag::STEPS)),
+            Style::Hex => line(format_args!("@{:x}", flag::HEX)),
+            Style::Decimal => line(format_args!("@{:x}", flag::DECIMAL)),
+            Style::Label => line(format_args!("@{:x}\n[color] {BLUE}", flag::ASCII)),
+        }
+        let width = match entry.form {
+            Form::Bits { width, .. } => width,
+            Form::Label { .. } if view.format == FileFormat::Fst => 8 * LABEL_CHARS as u32,
+            Form::Label { .. } => 1,
+        };
+        let range = if width > 1 { format!("[{}:0]", width - 1) } else { String::new() };
+        let alias =
+            if style == Style::Label { format!("+{{{}}} ", alias(entry)) } else { String::new() };
+        line(format_args!("{alias}top.{}{range}", entry.path()));
+        if style == Style::Level {
+            // Room for the steps.
+            line(format_args!("@{:x}\n-", flag::STRETCH));
         }
     }
-    let registers: Vec<&Found> = below("registers").collect();
-    for block in registers.chunk_by(|a, b| a.scopes.get(2) == b.scopes.get(2)) {
-        let name = block[0].scopes.get(2).map_or("registers", |name| name);
-        save.group(&format!("{name}: registers"), true, block);
-    }
-
-    let translate = |(number, states): (usize, &&'static States)| ViewFile {
-        name: filter(stem, number, states),
-        text: translation(states),
-    };
-    let mut files: Vec<ViewFile> = (1..).zip(&save.tables).map(translate).collect();
-    files.push(ViewFile { name: format!("{stem}.gtkw"), text: save.text });
+    let translate = |table| ViewFile { name: filter(stem, table), text: translation(table) };
+    let mut files: Vec<ViewFile> = list.tables.iter().map(translate).collect();
+    files.push(ViewFile { name: format!("{stem}.gtkw"), text });
     files
 }

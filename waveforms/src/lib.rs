@@ -1,11 +1,17 @@
-//! What an engineer looks at: value-change dumps of the signals that a model declares.
+//! What an engineer looks at: waveforms of the signals that a model declares, and how viewers show them.
 //!
-//! A model declares its registers and wires once ([`pellucid_sim::Signals`]); [`Vcd`] turns that
-//! declaration into a file for GTKWave, Surfer and any other viewer, and [`gtkwave`] into a set-up with
-//! which GTKWave shows it.
+//! A model declares its registers and wires once ([`pellucid_sim::Signals`]). From these declarations come
+//! a [`Layout`], the list of what is shown; a [`Wave`], which writes what changes as VCD or FST; and a
+//! [`View`], set-ups with which GTKWave and Surfer show it at once.
 
+mod fst;
 mod gtkwave;
+mod layout;
+mod surfer;
 mod vcd;
+mod view;
+mod wave;
 
-pub use gtkwave::{ViewFile, gtkwave};
-pub use vcd::{PERIOD_NS, Vcd};
+pub use layout::{Layout, NoSignal, StreamOf};
+pub use view::{Marker, View, ViewFile};
+pub use wave::{FileFormat, PERIOD_NS, Sampler, Wave};

@@ -2,23 +2,22 @@
 //!
 //! Conventions: time 1 ns, a cycle lasts [`PERIOD_NS`]; `clk` rises when the cycle begins and falls
 //! half-way; every other signal changes with the rise. All values stand under `$dumpvars` at the
-//! start and again under `$dumpon` after a gap. Vectors carry their range. The names of states stand
-//! in `$attrbegin` records, which Surfer and `wellen` read and others pass over. Only changes are
-//! written.
+//! start and again under `$dumpon` after a gap. Vectors carry their range, labels are strings. The names
+//! of states stand in `$attrbegin` records, which Surfer and `wellen` read and others pass over. Only
+//! changes are written.
 //!
 //! Crate `vcd` writes each bit of a value through a formatted write of its own. Here a value's bits
-//! come from a table of all bytes, every piece of text is a store of eight bytes of which the next one
-//! overwrites what is too much, and a value is compared with the one shown as it is sampled.
+//! come from a table of all bytes, and every piece of text is a store of eight bytes of which the next one
+//! overwrites what is too much.
 
-use pellucid_sim::{Declare, Kind, Sink, States};
+use crate::layout::{Form, Layout};
+use crate::wave::{Format, Now, PERIOD_NS, Whole};
+use pellucid_sim::{Kind, Label, States};
 use std::io::{self, Write};
 use vcd::{IdCode, ReferenceIndex, ScopeType, TimescaleUnit, VarType};
 
-/// How long a clock cycle is on the time axis, in nanoseconds.
-pub const PERIOD_NS: u64 = 10;
-
 /// `[b]` is byte `b` as eight digits.
-static DIGITS: [[u8; 8]; 256] = digits();
+pub(crate) static DIGITS: [[u8; 8]; 256] = digits();
 
 const fn digits() -> [[u8; 8]; 256] {
     let mut table = [[b'0'; 8]; 256];
@@ -89,7 +88,7 @@ impl Var {
         Var { flag: width == 1, tail, tail_len: text.len() as u8 }
     }
 
-    /// The longest that a change is, and eight bytes that may be stored beyond it.
+    /// The longest that a change is, and eight bytes that may be stored beyond it: labels are shorter.
     const LONGEST: usize = 1 + 64 + 8 + 8;
 
     /// `1!` for one bit.
@@ -116,62 +115,47 @@ impl Var {
         to.len = start + used as usize;
         to.add(self.tail, self.tail_len.into());
     }
-}
 
-/// Takes a cycle's values and writes those that changed.
-pub struct Changes<'a> {
-    vars: &'a [Var],
-    shown: &'a mut [u64],
-    text: &'a mut Text,
-    /// Which signal is next.
-    at: usize,
-    /// All ones to write every value, changed or not.
-    all: u64,
-}
-
-impl Sink for Changes<'_> {
-    #[inline(always)]
-    fn push(&mut self, value: u64) {
-        if (self.shown[self.at] ^ value) | self.all != 0 {
-            self.write(value);
-        }
-        self.at += 1;
+    /// `s#3(1,2) "`.
+    fn relabel(&self, label: Label, to: &mut Text) {
+        to.add_all(b"s");
+        let room = &mut to.bytes[to.len..];
+        let left = {
+            let mut room = &mut room[..];
+            // There is room for the longest line.
+            let _ = write!(room, "{label}");
+            room.len()
+        };
+        to.len = to.bytes.len() - left;
+        to.add(self.tail, self.tail_len.into());
     }
-}
 
-impl Changes<'_> {
-    #[inline(never)]
-    fn write(&mut self, value: u64) {
-        self.shown[self.at] = value;
-        self.vars[self.at].change(value, self.text);
+    /// Unknown.
+    fn unknown(&self, to: &mut Text) {
+        if self.flag {
+            self.digit(b'x', to);
+        } else {
+            to.add_all(b"bx");
+            to.add(self.tail, self.tail_len.into());
+        }
     }
 }
 
 /// A value-change dump under way.
-pub struct Vcd<W: Write> {
+pub(crate) struct Vcd<W: Write> {
     out: W,
     clock: Var,
-    vars: Vec<Var>,
-    /// What was shown last.
-    shown: Vec<u64>,
-    state: Showing,
+    cycle: Var,
+    /// For each value its variable, if it is shown.
+    values: Vec<Option<Var>>,
+    /// For each label likewise.
+    labels: Vec<Option<Var>>,
     text: Text,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Showing {
-    NotYet,
-    Now,
-    Gap,
-}
-
 impl<W: Write> Vcd<W> {
-    /// Writes the header. `declare` declares all signals, in the order in which [`Vcd::cycle`] will
-    /// get their values.
-    ///
-    /// # Errors
-    /// Those of `out`.
-    pub fn new(mut out: W, declare: impl FnOnce(&mut dyn Declare)) -> io::Result<Vcd<W>> {
+    /// Writes the header.
+    pub(crate) fn new(mut out: W, layout: &Layout) -> io::Result<Vcd<W>> {
         let mut text = vec![];
         let mut writer = vcd::Writer::new(&mut text);
         // A fixed date, so that equal runs give equal files.
@@ -180,107 +164,129 @@ impl<W: Write> Vcd<W> {
         writer.timescale(1, TimescaleUnit::NS)?;
         writer.scope_def(ScopeType::Module, "top")?;
         let clock = Var::new(writer.add_wire(1, "clk")?, 1);
-        let mut header = Header { out: &mut writer, vars: vec![], tables: vec![], result: Ok(()) };
-        declare(&mut header);
-        let Header { vars, result, .. } = header;
-        result?;
-        writer.upscope()?;
-        writer.enddefinitions()?;
-        out.write_all(&text)?;
-        let shown = vec![0; vars.len()];
-        let longest = 2 * STAMP + "$dumpvars\n$end\n".len() + vars.len() * Var::LONGEST;
-        let text = Text { bytes: vec![0; CHUNK + longest].into(), len: 0 };
-        Ok(Vcd { out, clock, vars, shown, state: Showing::NotYet, text })
-    }
-
-    /// Shows one cycle; `sample` tells every signal's value. Cycles must rise.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    #[inline]
-    pub fn cycle(&mut self, cycle: u64, sample: impl FnOnce(&mut Changes)) -> io::Result<()> {
-        let all = self.state != Showing::Now;
-        self.text.add_time(cycle * PERIOD_NS);
-        if all {
-            let first = self.state == Showing::NotYet;
-            self.text.add_all(if first { b"$dumpvars\n" } else { b"$dumpon\n" });
-        }
-        self.clock.digit(b'1', &mut self.text);
-        let Vcd { vars, shown, text, .. } = self;
-        let all_ones = if all { u64::MAX } else { 0 };
-        let mut changes = Changes { vars, shown, text, at: 0, all: all_ones };
-        sample(&mut changes);
-        debug_assert_eq!(changes.at, self.vars.len(), "one value per declared signal");
-        if all {
-            self.text.add_all(b"$end\n");
-            self.state = Showing::Now;
-        }
-        self.text.add_time(cycle * PERIOD_NS + PERIOD_NS / 2);
-        self.clock.digit(b'0', &mut self.text);
-        self.hand_on(CHUNK)
-    }
-
-    /// A gap begins with `cycle`: what the signals do until the next [`Vcd::cycle`] is not shown.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn gap(&mut self, cycle: u64) -> io::Result<()> {
-        if self.state != Showing::Now {
-            return Ok(());
-        }
-        self.state = Showing::Gap;
-        self.text.add_time(cycle * PERIOD_NS);
-        self.text.add_all(b"$dumpoff\n");
-        self.clock.digit(b'x', &mut self.text);
-        for var in &self.vars {
-            if var.flag {
-                var.digit(b'x', &mut self.text);
-            } else {
-                self.text.add_all(b"bx");
-                self.text.add(var.tail, var.tail_len.into());
+        let range = ReferenceIndex::Range(CYCLE_BITS as i32 - 1, 0);
+        let cycle = writer.add_var(VarType::Reg, CYCLE_BITS, "cycle", Some(range))?;
+        let mut header = Header { out: writer, tables: vec![] };
+        let mut values = vec![None; layout.values()];
+        let mut labels = vec![None; layout.gates.len()];
+        let mut scopes: &[String] = &[];
+        for entry in layout.entries.iter().filter(|entry| entry.shown) {
+            header.turn_to(&mut scopes, &entry.scopes)?;
+            match entry.form {
+                Form::Bits { at, width, kind } => {
+                    values[at] = Some(header.signal(&entry.name, width, kind)?);
+                }
+                Form::Label { at } => {
+                    let id = header.out.add_var(VarType::String, 1, &entry.name, None)?;
+                    // What ends a change of it is what ends a vector's.
+                    labels[at] = Some(Var::new(id, 0));
+                }
             }
         }
-        self.text.add_all(b"$end\n");
-        self.hand_on(CHUNK)
+        header.turn_to(&mut scopes, &[])?;
+        header.out.upscope()?;
+        header.out.enddefinitions()?;
+        out.write_all(&text)?;
+        out.flush()?;
+        let vars = layout.values() + layout.gates.len() + 2;
+        let longest = 2 * STAMP + "$dumpvars\n$end\n".len() + vars * Var::LONGEST;
+        let text = Text { bytes: vec![0; CHUNK + longest].into(), len: 0 };
+        Ok(Vcd { out, clock, cycle: Var::new(cycle, CYCLE_BITS), values, labels, text })
     }
 
-    /// Hands the text on if there is so much of it.
+    /// Hands the text on if there is so much of it: always whole cycles.
     fn hand_on(&mut self, least: usize) -> io::Result<()> {
         if self.text.len >= least {
             self.out.write_all(&self.text.bytes[..self.text.len])?;
+            self.out.flush()?;
             self.text.len = 0;
         }
         Ok(())
     }
+}
 
-    /// Ends the file and gives the writer back.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn finish(mut self, cycle: u64) -> io::Result<W> {
-        if self.state == Showing::Now {
+impl<W: Write> Format for Vcd<W> {
+    fn cycle(&mut self, cycle: u64, whole: Whole, now: &Now) -> io::Result<()> {
+        let text = &mut self.text;
+        text.add_time(cycle * PERIOD_NS);
+        match whole {
+            Whole::First => text.add_all(b"$dumpvars\n"),
+            Whole::AfterGap => text.add_all(b"$dumpon\n"),
+            Whole::No => {}
+        }
+        self.clock.digit(b'1', text);
+        self.cycle.change(cycle, text);
+        for at in now.changed {
+            if let Some(var) = &self.values[*at as usize] {
+                var.change(now.values[*at as usize], text);
+            }
+        }
+        for at in now.relabelled {
+            if let Some(var) = &self.labels[*at as usize] {
+                var.relabel(now.labels[*at as usize], text);
+            }
+        }
+        if whole != Whole::No {
+            text.add_all(b"$end\n");
+        }
+        text.add_time(cycle * PERIOD_NS + PERIOD_NS / 2);
+        self.clock.digit(b'0', text);
+        self.hand_on(CHUNK)
+    }
+
+    fn gap(&mut self, cycle: u64) -> io::Result<()> {
+        let text = &mut self.text;
+        text.add_time(cycle * PERIOD_NS);
+        text.add_all(b"$dumpoff\n");
+        self.clock.unknown(text);
+        self.cycle.unknown(text);
+        self.values.iter().flatten().for_each(|var| var.unknown(text));
+        self.labels.iter().flatten().for_each(|var| var.relabel(Label::NONE, text));
+        text.add_all(b"$end\n");
+        // A window is complete: it is worth keeping.
+        self.hand_on(0)
+    }
+
+    fn finish(mut self: Box<Self>, cycle: Option<u64>) -> io::Result<()> {
+        if let Some(cycle) = cycle {
             self.text.add_time(cycle * PERIOD_NS);
         }
-        self.hand_on(0)?;
-        self.out.flush()?;
-        Ok(self.out)
+        self.hand_on(0)
     }
 }
 
-/// Turns declarations into the header's scopes and variables.
-struct Header<'a, W: Write> {
-    out: &'a mut vcd::Writer<W>,
-    vars: Vec<Var>,
+/// Bits of the cycle's number.
+pub(crate) const CYCLE_BITS: u32 = 40;
+
+/// Turns entries into the header's scopes and variables.
+struct Header<W: Write> {
+    out: vcd::Writer<W>,
     /// Tables of state names that the header has; the first has id 1.
     tables: Vec<&'static States>,
-    result: io::Result<()>,
 }
 
-impl<W: Write> Header<'_, W> {
-    fn attempt(&mut self, what: impl FnOnce(&mut Self) -> io::Result<()>) {
-        if self.result.is_ok() {
-            self.result = what(self);
+impl<W: Write> Header<W> {
+    /// Leaves and enters scopes.
+    fn turn_to<'a>(&mut self, from: &mut &'a [String], to: &'a [String]) -> io::Result<()> {
+        let common = from.iter().zip(to).take_while(|(a, b)| a == b).count();
+        for _ in common..from.len() {
+            self.out.upscope()?;
         }
+        for name in &to[common..] {
+            self.out.scope_def(ScopeType::Module, name)?;
+        }
+        *from = to;
+        Ok(())
+    }
+
+    fn signal(&mut self, name: &str, width: u32, kind: Kind) -> io::Result<Var> {
+        if let Kind::State(states) = kind {
+            let id = self.table(states, width)?;
+            writeln!(self.out.writer(), "$attrbegin misc 07 \"\" {id} $end")?;
+        }
+        let range = (width > 1).then_some(ReferenceIndex::Range(width as i32 - 1, 0));
+        let id = self.out.add_var(VarType::Reg, width, name, range)?;
+        Ok(Var::new(id, width))
     }
 
     /// The id of a table of state names, which is written before its first use.
@@ -301,26 +307,5 @@ impl<W: Write> Header<'_, W> {
         }
         writeln!(writer, " {id} $end")?;
         Ok(id)
-    }
-}
-
-impl<W: Write> Declare for Header<'_, W> {
-    fn open(&mut self, name: &str) {
-        self.attempt(|header| header.out.scope_def(ScopeType::Module, name));
-    }
-    fn close(&mut self) {
-        self.attempt(|header| header.out.upscope());
-    }
-    fn signal(&mut self, name: &str, width: u32, kind: Kind) {
-        self.attempt(|header| {
-            if let Kind::State(states) = kind {
-                let id = header.table(states, width)?;
-                writeln!(header.out.writer(), "$attrbegin misc 07 \"\" {id} $end")?;
-            }
-            let range = (width > 1).then_some(ReferenceIndex::Range(width as i32 - 1, 0));
-            let id = header.out.add_var(VarType::Reg, width, name, range)?;
-            header.vars.push(Var::new(id, width));
-            Ok(())
-        });
     }
 }

@@ -268,6 +268,7 @@ impl Block for ChainReader {
                 visible,
                 last: oldest.last,
                 last_pass: left == 0,
+                label: i.word.data.label,
             }));
         }
 

@@ -123,7 +123,7 @@ mod tests {
     const CAPACITY: u32 = 4;
 
     fn word(place: Place) -> Word {
-        Word { z: place.section * 100 + place.slot, rgba: place.slot, weight: 0 }
+        Word { z: place.section * 100 + place.slot, rgba: place.slot, ..Word::default() }
     }
 
     fn places() -> impl Iterator<Item = Place> {

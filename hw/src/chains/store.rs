@@ -181,7 +181,7 @@ impl Block for Store {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let fragment = q.stage.payload.item;
-        let PixelFragment { pixel, z, rgba } = fragment;
+        let PixelFragment { pixel, z, rgba, label } = fragment;
         let mut o = Out { frame_stored: q.stage.valid && q.stage.payload.end, ..Out::default() };
         let at_hand = q.stage.valid && !q.stage.payload.end;
 
@@ -240,7 +240,7 @@ impl Block for Store {
             weighing = at_hand && !empty && !weighed.valid && !o.dropped;
             weight = if empty { own_weight(rgba) } else { weighed.payload };
         }
-        o.word = Word { z, rgba, weight };
+        o.word = Word { z, rgba, weight, label };
         o.waits = needs && !i.grant.valid && !i.exhausted && !weighing;
         o.take = needs && i.grant.valid && !weighing;
         o.first = owns || (needs_first && o.take);

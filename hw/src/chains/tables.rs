@@ -2,7 +2,7 @@
 
 use super::config::Config;
 use crate::pixel::Z_BITS;
-use pellucid_sim::{Signals, rtl};
+use pellucid_sim::{Label, Signals, rtl};
 
 /// A word of the SSA (start-section address) table: a pixel's chain of sections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -58,6 +58,8 @@ pub struct Word {
     /// Its weight among the fragments of its pixel so far, where weights are kept in memory.
     #[width(cfg.shape.weight_bits)]
     pub weight: u32,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// A place in a section.

@@ -23,7 +23,7 @@
 use super::sum::{Term, plus};
 use crate::pixel::{Arrived, Marked, Screen, Z_BITS};
 use crate::weights::{WEIGHT_BITS, behind, own_weight};
-use pellucid_sim::{Block, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Label, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct Array;
@@ -79,6 +79,8 @@ pub struct Traveller {
     /// Its weight so far.
     #[width(WEIGHT_BITS)]
     pub weight: u32,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// What a cell holds.
@@ -98,6 +100,8 @@ pub struct Settled {
     /// Its weight so far.
     #[width(WEIGHT_BITS)]
     pub weight: u32,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
 }
 
 /// Registers.
@@ -195,6 +199,7 @@ impl Block for Array {
             z: item.z,
             rgba: item.rgba,
             weight: own_weight(item.rgba),
+            label: item.label,
         };
         d.follows = Stream::idle();
         if visible {
@@ -248,8 +253,9 @@ impl Block for Array {
                 let product = behind(weight, if nearer { came.rgba } else { cell.rgba });
                 traveller = came;
                 if settles {
-                    let Traveller { z, rgba, weight, loads, .. } = came;
-                    d.cells[k as usize] = Settled { valid: true, came: !loads, z, rgba, weight };
+                    let Traveller { z, rgba, weight, loads, label, .. } = came;
+                    d.cells[k as usize] =
+                        Settled { valid: true, came: !loads, z, rgba, weight, label };
                     traveller.valid = false;
                 } else if itself {
                     d.cells[k as usize].came = true;
@@ -286,7 +292,9 @@ mod tests {
         let pass = |last_pass: bool| {
             layers.iter().enumerate().map(move |(k, &(z, rgba, visible))| {
                 let last = k + 1 == layers.len();
-                Marked::item(Arrived { pixel, z, rgba, weight: 0, visible, last, last_pass })
+                let item =
+                    Arrived { pixel, z, rgba, visible, last, last_pass, ..Arrived::default() };
+                Marked::item(item)
             })
         };
         let mut all: Vec<_> = pass(groups == 1).collect();

@@ -182,11 +182,17 @@ impl Block for Queue {
 mod tests {
     use super::*;
     use crate::test_util::{edge, queue};
+    use pellucid_sim::Label;
     use proptest::prelude::*;
     use std::collections::VecDeque;
 
     fn fragment(number: u32) -> PixelFragment {
-        PixelFragment { pixel: number % 15, z: number, rgba: number << 3 }
+        PixelFragment {
+            pixel: number % 15,
+            z: number,
+            rgba: number << 3,
+            label: Label::new(number, 0, 0),
+        }
     }
 
     /// Pushes and pops as `asked`, against a plain queue; gives how many fragments came out.

@@ -225,7 +225,7 @@ impl Block for Selector {
             m.farthest.write(i.clear.payload, 0);
         }
 
-        let sorted = Sorted { pixel: f.pixel, rgba: f.rgba, last: true };
+        let sorted = Sorted { pixel: f.pixel, rgba: f.rgba, last: true, label: f.label };
         Out {
             depth_read,
             depth_write,

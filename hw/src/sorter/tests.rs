@@ -1,6 +1,6 @@
 use super::*;
 use crate::test_util::{Pattern, Source, pattern, screen};
-use pellucid_sim::{Sim, StreamMonitor};
+use pellucid_sim::{Label, Sim, StreamMonitor};
 use proptest::prelude::*;
 
 /// One fragment of a pixel: depth, and whether the opaque depth lets it be seen.
@@ -31,12 +31,18 @@ fn passes(depth: u32, pixels: &[Vec<Layer>]) -> Vec<Marked<Arrived>> {
                     visible,
                     last: k + 1 == layers.len(),
                     last_pass: pass + 1 == count,
+                    label: label(pixel, k),
                 }));
             }
         }
     }
     frame.push(Marked::end());
     frame
+}
+
+/// Labels go with their fragments.
+fn label(pixel: usize, k: usize) -> Label {
+    Label::new(k as u32, pixel as u16, 0)
 }
 
 /// What must come out: each pixel's visible fragments by a stable sort, then the end.
@@ -49,7 +55,8 @@ fn reference(pixels: &[Vec<Layer>]) -> Vec<Marked<Sorted>> {
         for (at, &(_, k)) in visible.iter().enumerate() {
             let last = at + 1 == visible.len();
             let rgba = colour(pixel, k);
-            frame.push(Marked::item(Sorted { pixel: pixel as u32, rgba, last }));
+            let label = label(pixel, k);
+            frame.push(Marked::item(Sorted { pixel: pixel as u32, rgba, last, label }));
         }
     }
     frame.push(Marked::end());

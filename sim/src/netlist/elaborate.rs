@@ -243,7 +243,7 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
     Graph::begin();
     let mut builder = Builder::default();
     B::memories(cfg).visit("", &mut |path, storage| {
-        let word = Shape::of(|to| storage.word(to));
+        let word = Shape::of(|to| storage.word("", to));
         builder.storages.push(Storage { path: path.to_string(), info: storage.info(), word });
     });
     let ports = idle_ports(&builder.storages);

@@ -21,6 +21,7 @@ use pellucid_hw::tbuffer::config::{Config, Params};
 use pellucid_sim::netlist::elaborate;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::export::write;
+use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, Scene};
 use pellucid_testbench::window::Window;
 use pellucid_verilog::{File, files};
@@ -74,7 +75,8 @@ fn play(bench: &mut Bench<Machine>, frame: &Frame, wave: Option<&Path>) -> Playe
     let start = Instant::now();
     bench.reset().unwrap();
     if let Some(path) = wave {
-        bench.record(path, "machine", &[Window::Cycles { from: 0, to: u64::MAX }]).unwrap();
+        let all = Window::Cycles { from: 0, to: u64::MAX };
+        bench.record(&WaveJob::new(path, &[all]), "machine").unwrap();
     }
     for fragment in &frame.fragments {
         bench.send(Marked::item(*fragment)).unwrap();

@@ -11,8 +11,10 @@ mod machine;
 mod reproduce;
 mod run;
 mod trace;
+mod wave;
 
 use crate::bench::BenchError;
+use crate::output::partial::left_behind;
 use crate::output::{OutputError, abandon};
 use crate::scene::{AlphaRule, Camera, Options};
 use crate::scoreboard::Verdict;
@@ -169,6 +171,7 @@ fn finished<T>(done: Result<T, BenchError>, about: &str) -> anyhow::Result<Optio
         Ok(done) => Ok(Some(done)),
         Err(BenchError::Source(error)) => Err(error.into()),
         Err(BenchError::Output(error)) => Err(error.into()),
+        Err(BenchError::Wave(error)) => Err(error.into()),
         Err(wrong) => {
             complain(&format!("{about}{wrong}"));
             Ok(None)
@@ -178,11 +181,11 @@ fn finished<T>(done: Result<T, BenchError>, about: &str) -> anyhow::Result<Optio
 
 /// Tells what is wrong with a run, with `about` before each fault; whether it passes.
 fn passes(verdict: &Verdict, allow_drops: bool, about: &str) -> bool {
-    let allowed = allow_drops && verdict.is_right_but_for_drops();
+    let passes = verdict.passes(allow_drops);
     for fault in verdict.faults() {
-        tell(&format!("{}: {about}{fault}", if allowed { "warning" } else { "error" }));
+        tell(&format!("{}: {about}{fault}", if passes { "warning" } else { "error" }));
     }
-    verdict.is_right() || allowed
+    passes
 }
 
 /// A word as a shell takes it.
@@ -202,6 +205,9 @@ fn stop() {
     tell(&format!(
         "{line}error: stopped by a signal, the files that were not complete are removed"
     ));
+    for path in left_behind() {
+        tell(&format!("The waveform as far as it was written is `{}`.", path.display()));
+    }
     abandon(STOPPED)
 }
 

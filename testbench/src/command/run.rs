@@ -1,14 +1,18 @@
 //! `pellucid run`: one frame through one architecture.
 
 use super::machine::MachineArgs;
-use super::{NOT_RIGHT, SceneArgs, finished, passes, say};
+use super::wave::WaveArgs;
+use super::{NOT_RIGHT, SceneArgs, finished, passes, say, tell};
 use crate::output::create_dir;
 use crate::progress::Progress;
+use crate::recorder::{WaveJob, WaveReport};
+use crate::report::grouped;
 use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
-use crate::window::{DEFAULT_WINDOWS, Window};
 use clap::Args;
 use comfy_table::Table;
+use pellucid_waveforms::Marker;
+use serde_json::json;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -17,16 +21,9 @@ pub(super) struct RunArgs {
     scene: SceneArgs,
     #[command(flatten)]
     machine: MachineArgs,
-    /// The folder for image.png, stats.json, stats.csv, wave.vcd and wave.gtkw
+    /// The folder for image.png, stats.json, stats.csv, the waveform and how viewers show it
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
     out: PathBuf,
-    /// Cycles that the waveform shows: FROM..TO counted from the frame's start, `store` or `resolve`
-    /// (1000 cycles from there on), `all`; several with commas [default: store,resolve]
-    #[arg(long, value_name = "WINDOW", value_delimiter = ',', allow_hyphen_values = true)]
-    wave: Vec<Window>,
-    /// Write no waveform
-    #[arg(long, conflicts_with = "wave")]
-    no_wave: bool,
     /// Dropped fragments are no failure, only a warning
     #[arg(long)]
     allow_drops: bool,
@@ -36,6 +33,8 @@ pub(super) struct RunArgs {
     /// Print the figures as JSON instead of a table
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    wave: WaveArgs,
 }
 
 /// Runs; whether the result is right.
@@ -48,43 +47,64 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
 
     let mut progress = Progress::new("golden model", None, args.quiet);
     let case = Case::new(&args.scene.scene, source, [machine.arithmetic()], &mut progress)?;
-    let wave = (!args.no_wave).then(|| {
-        let windows =
-            if args.wave.is_empty() { DEFAULT_WINDOWS.to_vec() } else { args.wave.clone() };
-        (args.out.join("wave.vcd"), windows)
-    });
+    let wave = args.wave.job(&args.out, screen, case.reference.fragments)?;
     progress = Progress::new("simulating", Some(case.reference.fragments), args.quiet);
-    let trial = case.run(arch.name, &*machine, wave, &mut progress);
+    let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);
+    if let (Ok(done), Some(wave)) = (&trial, &wave)
+        && !done.verdict.passes(args.allow_drops)
+        && let Some(window) = done.verdict.place()
+    {
+        trial = case.run_again(arch.name, &*machine, wave, window, &mut progress);
+    }
     drop(progress);
-    let Some(Trial { image, verdict, report }) = finished(trial, "")? else { return Ok(false) };
+    let Some(trial) = finished(trial, "")? else {
+        if let Some(wave) = &wave {
+            tell(&format!("The cycles before are in `{}`.", wave.path.display()));
+        }
+        return Ok(false);
+    };
+    let Trial { image, verdict, report, wave: seen } = trial;
     image.write_png(&args.out.join("image.png"))?;
     report.write(&args.out)?;
+    seen.notes.iter().for_each(|note| tell(&format!("note: {note}")));
 
     let passes = passes(&verdict, args.allow_drops, "");
     if args.json {
         say(&format!("{:#}\n", report.json()))?;
     } else if !args.quiet {
         let table = report.table(Table::new().width());
-        say(&format!("{table}\n{}{}", report.headline(), summary(args, &verdict)))?;
+        let summary = summary(args, &verdict, wave.as_ref(), &seen);
+        say(&format!("{table}\n{}{summary}", report.headline()))?;
     }
     Ok(passes)
 }
 
 /// Where everything is, and whether it is right.
-fn summary(args: &RunArgs, verdict: &Verdict) -> String {
+fn summary(args: &RunArgs, verdict: &Verdict, wave: Option<&WaveJob>, seen: &WaveReport) -> String {
     let result = verdict.approval().unwrap_or(NOT_RIGHT.to_string());
     let mut files = vec![
-        ("image.png", "the image"),
-        ("stats.json", "the figures, with unit and meaning of each"),
-        ("stats.csv", "the same as a table"),
+        (args.out.join("image.png"), "the image"),
+        (args.out.join("stats.json"), "the figures, with unit and meaning of each"),
+        (args.out.join("stats.csv"), "the same as a table"),
     ];
-    if !args.no_wave {
-        files.push(("wave.vcd", "the waveform, for GTKWave or Surfer"));
-        files.push(("wave.gtkw", "how GTKWave shows it: `gtkwave` takes this file"));
+    if let Some(WaveJob { path, .. }) = wave {
+        files.push((path.clone(), "the waveform"));
+        let gtkwave = "how GTKWave shows it: `gtkwave` takes this file";
+        files.push((path.with_extension("gtkw"), gtkwave));
+        files.push((
+            path.with_extension("sucl"),
+            "how Surfer shows it: `surfer -c` takes this file",
+        ));
     }
     let mut text = format!("{result}\n\n");
-    for (name, what) in files {
-        text += &format!("  {:32} {what}\n", args.out.join(name).display());
+    for (path, what) in files {
+        text += &format!("  {:32} {what}\n", path.display());
+    }
+    if !seen.markers.is_empty() {
+        text += "\nMarkers of the waveform\n";
+        for (letter, Marker { cycle, name }) in ('A'..='Z').zip(&seen.markers) {
+            text += &format!("  {letter} cycle {:>12}  {name}\n", grouped(&json!(cycle)));
+        }
     }
     text
 }

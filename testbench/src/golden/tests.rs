@@ -1,11 +1,12 @@
 use super::*;
 use pellucid_hw::pixel::rgba;
+use pellucid_sim::Label;
 use proptest::prelude::*;
 
 const BLACK: Screen = Screen { width: 2, height: 1, background: 0 };
 
 fn at(x: u32, z: u32, rgba: u32) -> Fragment {
-    Fragment { x, y: 0, z, rgba }
+    Fragment { x, y: 0, z, rgba, label: Label::NONE }
 }
 
 fn run(info: Screen, fragments: &[Fragment]) -> Reference {
@@ -54,9 +55,9 @@ fn an_empty_frame_is_background() {
 #[test]
 fn layers_are_counted_at_each_pixel() {
     let info = Screen { width: 2, height: 2, background: 0 };
-    let thin = |x, y, z| Fragment { x, y, z, rgba: rgba(9, 9, 9, 9) };
+    let thin = |x, y, z| Fragment { x, y, z, rgba: rgba(9, 9, 9, 9), label: Label::NONE };
     // The opaque fragment hides one of the three at (1, 0), and comes after it.
-    let wall = Fragment { x: 1, y: 0, z: 7, rgba: rgba(0, 0, 0, 255) };
+    let wall = Fragment { x: 1, y: 0, z: 7, rgba: rgba(0, 0, 0, 255), label: Label::NONE };
     let fragments =
         [thin(1, 0, 5), thin(1, 0, 6), thin(1, 0, 7), wall, thin(0, 1, 3), thin(1, 1, 3)];
     let reference = run(info, &fragments);
@@ -216,7 +217,7 @@ prop_compose! {
         colour in 0..1_u32 << 24,
         a in prop_oneof![4 => 0..=254_u32, 1 => Just(0_u32), 1 => Just(255_u32)],
     ) -> Fragment {
-        Fragment { x, y, z, rgba: colour << 8 | a }
+        Fragment { x, y, z, rgba: colour << 8 | a, label: Label::NONE }
     }
 }
 

@@ -9,6 +9,7 @@ use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
 use glam::Vec4;
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_sim::Label;
 
 /// Fraction bits of a screen coordinate.
 const SUB_BITS: u32 = 8;
@@ -145,7 +146,7 @@ fn shaded(x: u32, y: u32, corners: &[Corner; 3], weights: [f64; 3]) -> Fragment 
     let weights = weights.map(|weight| weight as f32);
     let inv_w: f32 = (0..3).map(|i| weights[i] * corners[i].inv_w).sum();
     let colour: Vec4 = (0..3).map(|i| weights[i] * corners[i].colour_over_w).sum::<Vec4>() / inv_w;
-    Fragment { x, y, z: depth(z), rgba: packed(colour) }
+    Fragment { x, y, z: depth(z), rgba: packed(colour), label: Label::NONE }
 }
 
 /// A depth of 0 near to 1 far in 24 bits, below [`Z_FAR`] for all that the far plane does not cut away.

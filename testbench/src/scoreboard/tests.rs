@@ -2,6 +2,7 @@ use super::*;
 use crate::golden::Golden;
 use pellucid_hw::machine::Fragments;
 use pellucid_hw::pixel::{Fragment, Screen, rgba};
+use pellucid_sim::Label;
 
 const SCREEN: Screen = Screen { width: 3, height: 2, background: 0 };
 /// A pixel where the exact blend gives 1 and the weighted sum 0, see the golden model's tests.
@@ -13,9 +14,9 @@ fn reference() -> Reference {
     let mut golden = Golden::new(SCREEN).with(Arithmetic::Weights);
     let (x, y) = APART;
     for fragment in [
-        Fragment { x, y, z: 20, rgba: rgba(1, 1, 1, 128) },
-        Fragment { x, y, z: 10, rgba: rgba(0, 0, 0, 2) },
-        Fragment { x: 0, y: 1, z: 5, rgba: rgba(200, 100, 0, 128) },
+        Fragment { x, y, z: 20, rgba: rgba(1, 1, 1, 128), label: Label::NONE },
+        Fragment { x, y, z: 10, rgba: rgba(0, 0, 0, 2), label: Label::NONE },
+        Fragment { x: 0, y: 1, z: 5, rgba: rgba(200, 100, 0, 128), label: Label::NONE },
     ] {
         golden.push(fragment).unwrap();
     }

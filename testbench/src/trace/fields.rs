@@ -1,6 +1,7 @@
 //! The seven numbers of a fragment: their names, their order and their ranges, the same in both forms.
 
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_sim::Label;
 
 use pellucid_hw::pixel::{MAX_SIDE, Screen};
 
@@ -15,7 +16,7 @@ pub(super) fn largest(info: Screen) -> [u32; 7] {
 /// The fragment of seven values in range.
 pub(super) fn fragment(values: [u32; 7]) -> Fragment {
     let [x, y, z, r, g, b, a] = values;
-    Fragment { x, y, z, rgba: rgba(r as u8, g as u8, b as u8, a as u8) }
+    Fragment { x, y, z, rgba: rgba(r as u8, g as u8, b as u8, a as u8), label: Label::NONE }
 }
 
 /// The seven values of a fragment.

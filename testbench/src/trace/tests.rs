@@ -1,5 +1,6 @@
 use super::*;
 use pellucid_hw::pixel::Z_FAR;
+use pellucid_sim::Label;
 use proptest::prelude::*;
 use std::fs;
 use tempfile::TempDir;
@@ -58,7 +59,7 @@ fn file_messages() {
 #[test]
 fn the_ending_counts_in_any_case_and_play_repeats() {
     let folder = folder();
-    let fragments = [Fragment { x: 1, y: 2, z: 3, rgba: 4 }; 3];
+    let fragments = [Fragment { x: 1, y: 2, z: 3, rgba: 4, label: Label::NONE }; 3];
     for name in ["t.CSV", "t.PTrace"] {
         let path = folder.path().join(name);
         write(&path, INFO, &fragments);
@@ -166,7 +167,7 @@ fn a_writer_that_failed_cannot_be_finished() {
 
 prop_compose! {
     fn any_fragment()(x in 0..640_u32, y in 0..480_u32, z in 0..=Z_FAR, rgba: u32) -> Fragment {
-        Fragment { x, y, z, rgba }
+        Fragment { x, y, z, rgba, label: Label::NONE }
     }
 }
 

@@ -10,7 +10,7 @@ use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
 use pellucid_sim::block::Cycle;
-use pellucid_sim::{Handshake, Memory, Sim, Stream, state_name};
+use pellucid_sim::{Handshake, Label, Memory, Sim, Stream, state_name};
 use std::collections::BTreeMap;
 
 /// Three pixels: the second has fragments.
@@ -18,9 +18,9 @@ const SCREEN: Screen = Screen { width: 3, height: 1, background: 0xffffff };
 
 /// The frame: fragments of the second pixel, the nearest first.
 const FRAGMENTS: [(&str, Fragment); 3] = [
-    ("A", Fragment { x: 1, y: 0, z: 10, rgba: 0xff000080 }),
-    ("B", Fragment { x: 1, y: 0, z: 30, rgba: 0x00ff0080 }),
-    ("C", Fragment { x: 1, y: 0, z: 20, rgba: 0x0000ff80 }),
+    ("A", Fragment { x: 1, y: 0, z: 10, rgba: 0xff000080, label: Label::NONE }),
+    ("B", Fragment { x: 1, y: 0, z: 30, rgba: 0x00ff0080, label: Label::NONE }),
+    ("C", Fragment { x: 1, y: 0, z: 20, rgba: 0x0000ff80, label: Label::NONE }),
 ];
 
 /// Characters of a column.

@@ -7,7 +7,8 @@ fn names_and_values_are_checked() {
     let folder = folder();
     let known = "`sections`, `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
                  `outside_sections`, `outside_latency`, `reads_in_flight`";
-    let window = "expected `FROM..TO` with FROM below TO, `store`, `resolve` or `all`";
+    let window = "expected `FROM..TO` with FROM below TO, `store`, `resolve`, `all`, `stall:N` with N from 1 \
+                  to 10000, or `event:NAME`";
     let cases: &[(&[&str], String)] = &[
         (
             &["--arch", "tbufer"],

@@ -14,6 +14,7 @@ mod compare;
 mod export;
 mod reproduce;
 mod results;
+mod wave;
 
 /// A small frame.
 const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];

@@ -17,7 +17,16 @@ fn an_exact_run_leaves_its_files_and_says_so() {
     let out = folder.path().join("pellucid-out");
     assert_eq!(
         names(&out),
-        ["image.png", "stats.csv", "stats.json", "wave.gtkw", "wave.states", "wave.vcd"]
+        [
+            ".surfer",
+            "image.png",
+            "stats.csv",
+            "stats.json",
+            "wave.gtkw",
+            "wave.states",
+            "wave.sucl",
+            "wave.vcd"
+        ]
     );
     let quiet = exact(run(folder.path(), &["--quiet", "--no-wave", "--out", "q"]));
     assert_eq!(stdout(&quiet), "");

@@ -2,6 +2,7 @@
 
 use pellucid_hw::machine::{Census, Check, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
+use pellucid_sim::Label;
 use pellucid_sim::{Signals, Stream};
 use pellucid_testbench::arch::Architecture;
 use pellucid_testbench::bench::{Bench, BenchError};
@@ -218,8 +219,13 @@ pub fn fragments(screen: Screen) -> impl Strategy<Value = Vec<Fragment>> {
             2 => Just(0), 2 => Just(254), 2 => Just(255), 3 => 1..=253u32
         ];
         let fragment = (0..screen.width, 0..screen.height, z, 0..1u32 << 24, alpha);
-        let fragment =
-            fragment.prop_map(|(x, y, z, rgb, a)| Fragment { x, y, z, rgba: rgb << 8 | a });
+        let fragment = fragment.prop_map(|(x, y, z, rgb, a)| Fragment {
+            x,
+            y,
+            z,
+            rgba: rgb << 8 | a,
+            label: Label::NONE,
+        });
         prop::collection::vec(fragment, 0..=FRAGMENTS)
     })
 }

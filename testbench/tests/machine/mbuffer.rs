@@ -10,6 +10,7 @@ use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
 use pellucid_hw::pixel::{Fragment, Screen};
 use pellucid_hw::tbuffer::config::Scan;
+use pellucid_sim::Label;
 use proptest::prelude::*;
 
 type Buffer = MBuffer<FreeList>;
@@ -94,7 +95,9 @@ fn comparing_on_arrival_takes_the_cycles_that_it_is_said_to() {
     let setup = Setup::<Buffer>::free(Config::new(screen, params).unwrap());
     let layers = 6u32;
     let frame = |depth: fn(u32) -> u32| -> Vec<Fragment> {
-        (0..layers).map(|k| Fragment { x: 1, y: 2, z: depth(k), rgba: k << 8 | 0x80 }).collect()
+        (0..layers)
+            .map(|k| Fragment { x: 1, y: 2, z: depth(k), rgba: k << 8 | 0x80, label: Label::NONE })
+            .collect()
     };
     // Five cycles to fill and empty the pipeline, one for the first fragment.
     let near_to_far: u64 = 5 + 1 + (1..6).map(|i| i + 2).sum::<u64>();

@@ -8,6 +8,7 @@ use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config::{Config, Overflow, Params};
+use pellucid_sim::Label;
 use pellucid_testbench::scene::{Options, built_in};
 use proptest::prelude::*;
 
@@ -160,7 +161,7 @@ proptest! {
         let fragment = |k: u64| {
             let n = (seed + k).wrapping_mul(0x9e37_79b9_7f4a_7c15);
             let rgba = (n >> 32) as u32;
-            Fragment { x: 0, y: 0, z: n as u32 & Z_FAR, rgba: rgba & !1 }
+            Fragment { x: 0, y: 0, z: n as u32 & Z_FAR, rgba: rgba & !1, label: Label::NONE }
         };
         let frame: Vec<Fragment> = (0..60).map(fragment).collect();
         let params = Params { queue, overflow: Overflow::Replay, ..Params::default() };
@@ -181,6 +182,7 @@ fn layer_by_layer_comes_out_in_few_rounds() {
                 y: pixel / screen.width,
                 z: (k * 7 + pixel) % 40,
                 rgba: (pixel + k) << 8 | 0x80,
+                label: Label::NONE,
             })
         })
         .collect();
@@ -203,7 +205,13 @@ fn layer_by_layer_comes_out_in_few_rounds() {
 #[test]
 fn a_pixel_among_others_that_does_not_fit_is_cut() {
     let screen = Screen { width: 5, height: 2, background: 0x40_50_60 };
-    let fragment = |k: u32, x, y| Fragment { x, y, z: k * 7 % 50 + 1, rgba: k << 9 | 0x70 };
+    let fragment = |k: u32, x, y| Fragment {
+        x,
+        y,
+        z: k * 7 % 50 + 1,
+        rgba: k << 9 | 0x70,
+        label: Label::NONE,
+    };
     let many = (0..200).map(|k| fragment(k, k % 5, k / 5 % 2));
     let deep = (200..260).map(|k| fragment(k, 3, 1));
     let frame: Vec<Fragment> = many.chain(deep).collect();

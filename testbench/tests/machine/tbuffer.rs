@@ -9,6 +9,7 @@ use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
+use pellucid_sim::Label;
 use pellucid_testbench::bench::{Bench, BenchError};
 use proptest::prelude::*;
 
@@ -71,7 +72,9 @@ fn a_display_that_takes_nothing_is_named() {
     let screen = Screen { width: 4, height: 4, background: 0 };
     let mut bench = Bench::<Buffer>::new(Config::new(screen, Params::default()).unwrap());
     bench.set_display(|_| false);
-    bench.send(Marked::item(Fragment { x: 1, y: 2, z: 3, rgba: 0x80 })).unwrap();
+    bench
+        .send(Marked::item(Fragment { x: 1, y: 2, z: 3, rgba: 0x80, label: Label::NONE }))
+        .unwrap();
     let error = bench.end_frame().unwrap_err();
     assert!(matches!(error, BenchError::Deadlock(_)), "{error}");
     let text = error.to_string();
@@ -88,7 +91,13 @@ fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
     let frame: Vec<Fragment> = (0..screen.pixels())
         .flat_map(|pixel| {
             let (x, y) = (pixel % screen.width, pixel / screen.width);
-            (0..32).map(move |k| Fragment { x, y, z: k * 7919 % 32, rgba: k << 8 | 0x7f })
+            (0..32).map(move |k| Fragment {
+                x,
+                y,
+                z: k * 7919 % 32,
+                rgba: k << 8 | 0x7f,
+                label: Label::NONE,
+            })
         })
         .collect();
     let cfg = Config::new(screen, Params::default()).unwrap();

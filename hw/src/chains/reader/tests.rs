@@ -2,7 +2,7 @@ use super::*;
 use crate::chains::tables::SsaEntry;
 use crate::tbuffer::config::{Append, Params};
 use crate::test_util::{Pattern, Source, edge, pattern, screen, traffic};
-use pellucid_sim::{Ram1RW, Sim, StreamMonitor};
+use pellucid_sim::{Label, Ram1RW, Sim, StreamMonitor};
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -56,6 +56,7 @@ fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
                     visible: z < pixel.depth,
                     last,
                     last_pass: last && pass == passes,
+                    label: Label::new(layer as u32, number as u16, 0),
                 }));
             }
         }
@@ -120,7 +121,8 @@ impl Bench {
             let mut layer = 0;
             for (at, group) in groups.enumerate() {
                 for (slot, &z) in group.iter().enumerate() {
-                    let word = Word { z, rgba: colour(number, layer), weight: 0 };
+                    let label = Label::new(layer as u32, number as u16, 0);
+                    let word = Word { z, rgba: colour(number, layer), weight: 0, label };
                     bench.words.insert((own[at], slot as u32), word);
                     layer += 1;
                 }

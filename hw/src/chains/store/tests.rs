@@ -65,7 +65,9 @@ impl Bench {
     /// Stores `fragments`, given as pixel and word; a free section is offered from a cycle of
     /// `grants` on until it is taken.
     fn store(&mut self, fragments: &[(u32, Word)], starts: Pattern, grants: &Pattern) -> Seen {
-        let item = |&(pixel, Word { z, rgba, .. })| Marked::item(PixelFragment { pixel, z, rgba });
+        let item = |&(pixel, Word { z, rgba, label, .. })| {
+            Marked::item(PixelFragment { pixel, z, rgba, label })
+        };
         let mut source = Source::new(fragments.iter().map(item).chain([Marked::end()]), starts);
         let (mut seen, mut offered) = (Seen::default(), false);
         for cycle in 0.. {
@@ -155,7 +157,7 @@ impl Bench {
 
 /// One pixel's fragments `count` times, distinguishable.
 fn same_pixel(count: u32) -> Vec<(u32, Word)> {
-    (0..count).map(|k| (9, Word { z: k, rgba: k, weight: 0 })).collect()
+    (0..count).map(|k| (9, Word { z: k, rgba: k, ..Word::default() })).collect()
 }
 
 fn all_sections() -> Vec<u32> {
@@ -166,7 +168,7 @@ fn all_sections() -> Vec<u32> {
 fn tail_stores_one_fragment_a_cycle_same_pixel_or_not() {
     for capacity in 1..=4 {
         let mut fragments = same_pixel(10);
-        fragments.extend((0..10).map(|k| (k % 2 * 30, Word { z: k, rgba: k, weight: 0 })));
+        fragments.extend((0..10).map(|k| (k % 2 * 30, Word { z: k, rgba: k, ..Word::default() })));
         let mut bench = Bench::new(config(Append::Tail, capacity), &all_sections());
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         let first = seen.placed[0];
@@ -209,7 +211,7 @@ fn without_a_grant_it_waits_and_then_goes_on() {
 fn exhausted_drops_what_needs_a_section_and_stores_what_does_not() {
     for append in [Append::Walk, Append::Tail] {
         let mut bench = Bench::new(config(append, 2), &[5]);
-        let word = |z| Word { z, rgba: z, weight: 0 };
+        let word = |z| Word { z, rgba: z, ..Word::default() };
         let fragments = [(3, word(1)), (4, word(2)), (3, word(3)), (3, word(4))];
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         assert_eq!((seen.placed.len(), seen.dropped.len(), seen.waited.len()), (2, 2, 0));
@@ -247,7 +249,7 @@ proptest! {
         starts in pattern(),
         grants in pattern(),
     ) {
-        let words = (0..).map(|k| Word { z: k, rgba: k + 1000, weight: 0 });
+        let words = (0..).map(|k| Word { z: k, rgba: k + 1000, ..Word::default() });
         let fragments: Vec<(u32, Word)> = pixels.into_iter().zip(words).collect();
         let (chains, dropped) = reference(&fragments, capacity, sections);
         let cfg = config(if walk { Append::Walk } else { Append::Tail }, capacity);

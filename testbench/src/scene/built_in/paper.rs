@@ -7,6 +7,7 @@
 
 use super::field::{Field, Noise};
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_sim::Label;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -114,7 +115,8 @@ impl Paper {
                     + rng.random_range(-10.0..10.0);
                 value as u8
             });
-            sink(Fragment { x, y, z, rgba: rgba(r, g, b, rng.random_range(1..=254)) })?;
+            let rgba = rgba(r, g, b, rng.random_range(1..=254));
+            sink(Fragment { x, y, z, rgba, label: Label::NONE })?;
         }
         Ok(())
     }

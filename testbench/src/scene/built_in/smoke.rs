@@ -5,6 +5,7 @@ use crate::scene::camera::Camera;
 use crate::scene::raster::{depth, packed};
 use glam::{DVec3, Vec3, Vec4, vec3};
 use pellucid_hw::pixel::Fragment;
+use pellucid_sim::Label;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f32::consts::TAU;
@@ -88,7 +89,7 @@ impl Smoke {
                     let rgba =
                         packed(disc.colour * Vec4::new(1.0, 1.0, 1.0, left.max(0.0).powi(2)));
                     if rgba & 0xff != 0 {
-                        sink(Fragment { x, y, z: disc.z, rgba })?;
+                        sink(Fragment { x, y, z: disc.z, rgba, label: Label::NONE })?;
                     }
                 }
             }

@@ -2,6 +2,7 @@
 
 use super::*;
 use glam::DVec4;
+use pellucid_sim::Label;
 use proptest::prelude::*;
 use std::convert::Infallible;
 
@@ -176,7 +177,10 @@ fn colour_follows_perspective() {
         let fragments = drawn(screen, corners.map(|i| vertices[i]), corners.map(red));
         middle.extend(fragments.into_iter().filter(|f| f.x == 50 && f.y == 50));
     }
-    assert_eq!(middle, [Fragment { x: 50, y: 50, z: depth(0.5), rgba: 0x320000ff }]);
+    assert_eq!(
+        middle,
+        [Fragment { x: 50, y: 50, z: depth(0.5), rgba: 0x320000ff, label: Label::NONE }]
+    );
 }
 
 #[test]

@@ -1,4 +1,5 @@
 use super::*;
+use pellucid_sim::Label;
 
 const INFO: Screen = Screen { width: 640, height: 480, background: 0x010203 };
 
@@ -9,7 +10,8 @@ const FILE: [u8; 38] = [
     0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0, 0, 0, 0,
 ];
 
-const FRAGMENT: Fragment = Fragment { x: 12, y: 7, z: 0x80_0000, rgba: 0xff80007f };
+const FRAGMENT: Fragment =
+    Fragment { x: 12, y: 7, z: 0x80_0000, rgba: 0xff80007f, label: Label::NONE };
 
 fn read(bytes: &[u8]) -> Result<Vec<Fragment>, String> {
     let mut fragments = Vec::new();
@@ -101,7 +103,7 @@ fn every_cut_is_noticed() {
 #[test]
 fn records_across_the_edge_of_the_window_stay_whole() {
     let mut bytes = header(INFO).to_vec();
-    let fragment = |i: u32| Fragment { x: i % 640, y: i % 480, z: i, rgba: i };
+    let fragment = |i: u32| Fragment { x: i % 640, y: i % 480, z: i, rgba: i, label: Label::NONE };
     for i in 0..60_000 {
         encode(fragment(i), &mut bytes);
     }

@@ -1,0 +1,138 @@
+//! A file that is of use as far as it is written: a waveform.
+//!
+//! Until it is complete it has a name of its own, `wave.partial.vcd` for `wave.vcd`: what stands under the
+//! final name is whole. A full disk or a signal leaves it there, cut at the last flush after which it can be
+//! opened; only a frame that cannot be read removes it.
+
+use super::{OutputError, reason};
+use std::fs::{self, File};
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The files that are being written.
+static GROWING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn growing() -> MutexGuard<'static, Vec<PathBuf>> {
+    GROWING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The files that would be left if the process ended now.
+pub fn left_behind() -> Vec<PathBuf> {
+    growing().clone()
+}
+
+/// Where a file of that path grows.
+fn partial(path: &Path) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(".partial");
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// What the file's writer writes to. It is not buffered.
+#[derive(Debug)]
+pub struct PartialFile {
+    file: File,
+    /// How long it was at the last flush.
+    flushed: u64,
+}
+
+/// The file's name, which its writer does not know.
+#[derive(Debug)]
+pub struct PartialName {
+    path: PathBuf,
+    /// Where it grows, if that is another place.
+    partial: Option<PathBuf>,
+}
+
+/// Starts the file that will be `path`.
+///
+/// # Errors
+/// The folder is missing or not writable, or `path` is a folder.
+pub fn create(path: &Path) -> Result<(PartialFile, PartialName), OutputError> {
+    // A device or a pipe is written directly, as any output is.
+    let grows = match fs::metadata(path) {
+        Ok(found) if found.is_dir() => {
+            let error = io::ErrorKind::IsADirectory.into();
+            return Err(OutputError::write(path, &error));
+        }
+        Ok(found) if !found.is_file() => None,
+        _ => Some(partial(path)),
+    };
+    let file = File::create(grows.as_deref().unwrap_or(path));
+    let file = file.map_err(|error| OutputError::write(path, &error))?;
+    growing().extend(grows.clone());
+    let name = PartialName { path: path.to_owned(), partial: grows };
+    Ok((PartialFile { file, flushed: 0 }, name))
+}
+
+impl PartialName {
+    /// The file is complete: it takes its name. Its writer must have been dropped.
+    ///
+    /// # Errors
+    /// The target cannot be replaced.
+    pub fn finish(self) -> Result<(), OutputError> {
+        match &self.partial {
+            None => Ok(()),
+            Some(partial) => {
+                fs::rename(partial, &self.path).map_err(|e| OutputError::write(&self.path, &e))
+            }
+        }
+    }
+
+    /// The file is of no use: it is removed.
+    pub fn discard(self) {
+        if let Some(partial) = &self.partial {
+            let _ = fs::remove_file(partial);
+        }
+    }
+
+    /// The error of writing it: tells where what was written is.
+    pub fn error(&self, error: &io::Error) -> OutputError {
+        match &self.partial {
+            None => OutputError::write(&self.path, error),
+            Some(partial) => OutputError::Partial {
+                path: self.path.clone(),
+                reason: reason(error),
+                partial: partial.clone(),
+            },
+        }
+    }
+}
+
+impl Drop for PartialName {
+    fn drop(&mut self) {
+        growing().retain(|path| Some(path) != self.partial.as_ref());
+    }
+}
+
+impl Write for PartialFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()?;
+        // A device has no length.
+        self.flushed = self.file.metadata()?.len();
+        Ok(())
+    }
+}
+
+impl Seek for PartialFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+impl Drop for PartialFile {
+    fn drop(&mut self) {
+        // What came after the last flush is not whole.
+        if self.file.metadata().is_ok_and(|found| found.is_file() && found.len() > self.flushed) {
+            let _ = self.file.set_len(self.flushed);
+        }
+    }
+}

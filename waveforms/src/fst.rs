@@ -1,0 +1,216 @@
+//! FST, by crate `fst-writer`: the same signals, times and names as the VCD.
+//!
+//! The crate writes no strings of any length and no tables of state names. A label is a vector of ASCII
+//! characters, high impedance where there is none; states are numbers to which the viewers' set-ups give
+//! names. There are no gaps in the format: what is not shown is unknown.
+//!
+//! Changes are gathered and written in blocks. What is on disk can be opened up to the last of them.
+
+use crate::layout::{Form, Layout};
+use crate::vcd::{CYCLE_BITS, DIGITS};
+use crate::wave::{Format, Now, PERIOD_NS, Whole};
+use fst_writer::{
+    FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
+    FstVarDirection, FstVarType, FstWriteError,
+};
+use pellucid_sim::Label;
+use std::cell::RefCell;
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::rc::Rc;
+
+/// How many bytes of changes are gathered for a block, about. The first blocks are smaller, so that there
+/// soon is one: each is twice as large as the one before.
+const BLOCK: usize = 2 << 20;
+const FIRST_BLOCK: usize = 64 << 10;
+/// Characters of the longest label.
+pub(crate) const LABEL_CHARS: usize = 24;
+
+/// A writer that the crate writes to and that is flushed here after each block.
+struct Shared<W: Write>(Rc<RefCell<BufWriter<W>>>);
+
+impl<W: Write> Write for Shared<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.borrow_mut().flush()
+    }
+}
+
+impl<W: Write + Seek> Seek for Shared<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.borrow_mut().seek(to)
+    }
+}
+
+/// A variable: its id, and how many characters a value has.
+#[derive(Clone, Copy)]
+struct Var {
+    id: FstSignalId,
+    chars: usize,
+}
+
+/// An FST file under way.
+pub(crate) struct Fst<W: Write + Seek> {
+    out: Rc<RefCell<BufWriter<W>>>,
+    body: FstBodyWriter<Shared<W>>,
+    clock: Var,
+    cycle: Var,
+    /// For each value its variable, if it is shown.
+    values: Vec<Option<Var>>,
+    /// For each label likewise.
+    labels: Vec<Option<Var>>,
+    /// How many bytes are gathered for the block at hand.
+    block: usize,
+}
+
+/// The system's error, where there is one.
+fn plain(error: FstWriteError) -> io::Error {
+    match error {
+        FstWriteError::Io(error) => error,
+        other => io::Error::other(other),
+    }
+}
+
+impl<W: Write + Seek> Fst<W> {
+    /// Writes the header.
+    pub(crate) fn new(out: W, layout: &Layout) -> io::Result<Fst<W>> {
+        Fst::begin(out, layout).map_err(plain)
+    }
+
+    fn begin(out: W, layout: &Layout) -> fst_writer::Result<Fst<W>> {
+        let out = Rc::new(RefCell::new(BufWriter::new(out)));
+        let info = FstInfo {
+            start_time: 0,
+            timescale_exponent: -9,
+            version: concat!("pellucid ", env!("CARGO_PKG_VERSION")).into(),
+            // A fixed date, so that equal runs give equal files.
+            date: "-".into(),
+            file_type: FstFileType::Verilog,
+        };
+        let mut header = FstHeaderWriter::new(Shared(out.clone()), &info)?;
+        header.scope("top", "", FstScopeType::Module)?;
+        let var = |header: &mut FstHeaderWriter<Shared<W>>, name: &str, ty, bits: u32| {
+            let name = if bits > 1 { format!("{name} [{}:0]", bits - 1) } else { name.to_string() };
+            let (bits, chars) = (FstSignalType::bit_vec(bits), bits as usize);
+            let id = header.var(name, bits, ty, FstVarDirection::Implicit, None)?;
+            fst_writer::Result::Ok(Var { id, chars })
+        };
+        let clock = var(&mut header, "clk", FstVarType::Wire, 1)?;
+        let cycle = var(&mut header, "cycle", FstVarType::Reg, CYCLE_BITS)?;
+        let mut values = vec![None; layout.values()];
+        let mut labels = vec![None; layout.gates.len()];
+        let mut scopes: &[String] = &[];
+        for entry in layout.entries.iter().filter(|entry| entry.shown) {
+            let to = &entry.scopes[..];
+            let common = scopes.iter().zip(to).take_while(|(a, b)| a == b).count();
+            for _ in common..scopes.len() {
+                header.up_scope()?;
+            }
+            for name in &to[common..] {
+                header.scope(name, "", FstScopeType::Module)?;
+            }
+            scopes = to;
+            match entry.form {
+                Form::Bits { at, width, .. } => {
+                    values[at] = Some(var(&mut header, &entry.name, FstVarType::Reg, width)?);
+                }
+                Form::Label { at } => {
+                    let bits = 8 * LABEL_CHARS as u32;
+                    labels[at] = Some(var(&mut header, &entry.name, FstVarType::Reg, bits)?);
+                }
+            }
+        }
+        for _ in 0..scopes.len() + 1 {
+            header.up_scope()?;
+        }
+        let body = header.finish()?;
+        out.borrow_mut().flush()?;
+        Ok(Fst { out, body, clock, cycle, values, labels, block: FIRST_BLOCK })
+    }
+
+    /// Writes what is gathered. A new time must follow: the crate takes no change between.
+    fn write_block(&mut self) -> fst_writer::Result<()> {
+        self.body.flush()?;
+        Ok(self.out.borrow_mut().flush()?)
+    }
+
+    /// Goes on to a time, and writes a block before if enough is gathered.
+    fn turn_to(&mut self, time: u64) -> fst_writer::Result<()> {
+        if self.body.size() > self.block {
+            self.write_block()?;
+            self.block = (2 * self.block).min(BLOCK);
+        }
+        self.body.time_change(time)
+    }
+
+    fn change(&mut self, var: Var, value: u64) -> fst_writer::Result<()> {
+        let mut digits = [[0; 8]; 8];
+        for (digits, byte) in digits.iter_mut().zip(value.to_be_bytes()) {
+            *digits = DIGITS[usize::from(byte)];
+        }
+        self.body.signal_change(var.id, &digits.as_flattened()[64 - var.chars..])
+    }
+
+    fn relabel(&mut self, var: Var, label: Label) -> fst_writer::Result<()> {
+        if label == Label::NONE {
+            return self.body.signal_change(var.id, &[b'z'; 8 * LABEL_CHARS]);
+        }
+        let mut digits = [[b'0'; 8]; LABEL_CHARS];
+        let text = label.to_string();
+        for (digits, byte) in digits[LABEL_CHARS - text.len()..].iter_mut().zip(text.bytes()) {
+            *digits = DIGITS[usize::from(byte)];
+        }
+        self.body.signal_change(var.id, digits.as_flattened())
+    }
+
+    fn show(&mut self, cycle: u64, now: &Now) -> fst_writer::Result<()> {
+        self.turn_to(cycle * PERIOD_NS)?;
+        self.change(self.clock, 1)?;
+        self.change(self.cycle, cycle)?;
+        for at in now.changed {
+            if let Some(var) = self.values[*at as usize] {
+                self.change(var, now.values[*at as usize])?;
+            }
+        }
+        for at in now.relabelled {
+            if let Some(var) = self.labels[*at as usize] {
+                self.relabel(var, now.labels[*at as usize])?;
+            }
+        }
+        self.body.time_change(cycle * PERIOD_NS + PERIOD_NS / 2)?;
+        self.change(self.clock, 0)
+    }
+
+    fn hide(&mut self, cycle: u64) -> fst_writer::Result<()> {
+        self.turn_to(cycle * PERIOD_NS)?;
+        for var in self.values.iter().flatten().chain([&self.clock, &self.cycle]) {
+            self.body.signal_change(var.id, &[b'x'; 64][..var.chars])?;
+        }
+        for at in 0..self.labels.len() {
+            if let Some(var) = self.labels[at] {
+                self.relabel(var, Label::NONE)?;
+            }
+        }
+        // A window is complete: it is worth keeping.
+        self.write_block()
+    }
+}
+
+impl<W: Write + Seek> Format for Fst<W> {
+    fn cycle(&mut self, cycle: u64, _: Whole, now: &Now) -> io::Result<()> {
+        self.show(cycle, now).map_err(plain)
+    }
+
+    fn gap(&mut self, cycle: u64) -> io::Result<()> {
+        self.hide(cycle).map_err(plain)
+    }
+
+    fn finish(mut self: Box<Self>, cycle: Option<u64>) -> io::Result<()> {
+        if let Some(cycle) = cycle {
+            self.body.time_change(cycle * PERIOD_NS).map_err(plain)?;
+        }
+        let mut shared = self.body.finish().map_err(plain)?;
+        shared.flush()
+    }
+}

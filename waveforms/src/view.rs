@@ -1,0 +1,257 @@
+//! What viewers show of a waveform: which signals, in which order and how, and where to begin.
+//!
+//! From top to bottom: the clock, the cycle, the machine's own wires and events; then a group for each block
+//! in the order in which blocks are declared, that is pipeline order. A block's group has the streams that
+//! it receives, its events, the labels of its stages, and a closed group of its registers.
+
+use crate::gtkwave;
+use crate::layout::{Entry, Form, Layout, StreamOf};
+use crate::surfer;
+use crate::wave::FileFormat;
+use pellucid_sim::{Kind, States};
+use std::fmt::Write;
+
+/// A file of a set-up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ViewFile {
+    /// Its path, relative to the folder of the waveform.
+    pub name: String,
+    /// What it holds.
+    pub text: String,
+}
+
+/// A point in time with a name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Marker {
+    /// The cycle.
+    pub cycle: u64,
+    /// Its name.
+    pub name: String,
+}
+
+/// What is shown of a waveform.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The waveform's file name without its extension.
+    pub stem: String,
+    /// Its format.
+    pub format: FileFormat,
+    /// Points of interest. The first is where viewers begin.
+    pub markers: Vec<Marker>,
+    /// The first cycle that is shown: where viewers begin if there is no marker.
+    pub first: u64,
+}
+
+/// A line of the list of signals.
+pub(crate) enum Line<'a> {
+    /// A group begins.
+    Open { name: String, closed: bool },
+    /// The innermost group ends.
+    Close { name: String, closed: bool },
+    /// A signal.
+    Signal { entry: &'a Entry, style: Style },
+}
+
+/// How a signal is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Style {
+    /// One bit.
+    Bit,
+    /// One bit that tells that something happened.
+    Event,
+    /// One bit that tells that something slows the machine down or is lost.
+    Trouble,
+    /// Names of states: table `.0` of the list.
+    States(usize),
+    /// A number.
+    Decimal,
+    /// Many bits: depths and colours are.
+    Hex,
+    /// How many of something there are, as steps.
+    Level,
+    /// A label.
+    Label,
+}
+
+/// Colours of states, in the order of their numbers: X11's names, and red, green and blue.
+pub(crate) const COLOURS: [(&str, &str); 6] = [
+    ("DarkSlateGray", "2f4f4f"),
+    ("DarkGreen", "006400"),
+    ("DarkBlue", "00008b"),
+    ("Purple4", "551a8b"),
+    ("DarkGoldenrod4", "8b6508"),
+    ("Maroon", "b03060"),
+];
+/// From how many bits on a number is shown in hexadecimal digits: depths and colours are.
+const HEX_FROM: u32 = 24;
+/// Events that slow a machine down or lose something.
+const TROUBLE: [&str; 4] = ["dropped", "waits", "spilled", "round_failed"];
+
+/// The list of signals, with the tables of states' names that it needs.
+pub(crate) struct List<'a> {
+    pub(crate) lines: Vec<Line<'a>>,
+    pub(crate) tables: Vec<Table>,
+}
+
+/// The names of a state machine's states.
+pub(crate) struct Table {
+    /// What it is called: after the register that first uses it.
+    pub(crate) name: String,
+    pub(crate) states: &'static States,
+}
+
+impl Table {
+    /// The bits of a state.
+    pub(crate) fn bits(&self) -> u32 {
+        usize::BITS - (self.states.variants.len().max(2) - 1).leading_zeros()
+    }
+}
+
+impl<'a> List<'a> {
+    fn style(&mut self, entry: &Entry, layout: &Layout) -> Style {
+        let (at, width, kind) = match entry.form {
+            Form::Label { .. } => return Style::Label,
+            Form::Bits { at, width, kind } => (at, width, kind),
+        };
+        match kind {
+            Kind::State(states) => Style::States(self.table(states, entry)),
+            _ if at >= layout.sampled => Style::Trouble,
+            _ if entry.is_event() && TROUBLE.contains(&&entry.name[..]) => Style::Trouble,
+            _ if entry.is_event() => Style::Event,
+            _ if width == 1 => Style::Bit,
+            _ if entry.name == "count" => Style::Level,
+            _ if width >= HEX_FROM => Style::Hex,
+            _ => Style::Decimal,
+        }
+    }
+
+    fn table(&mut self, states: &'static States, entry: &Entry) -> usize {
+        let known = self.tables.iter().position(|table| table.states == states);
+        known.unwrap_or_else(|| {
+            let mut name = match entry.scopes.get(2..).and_then(|scopes| scopes.last()) {
+                Some(block) => format!("{block}_{}", entry.name),
+                None => entry.name.clone(),
+            };
+            if self.tables.iter().any(|table| table.name == name) {
+                let _ = write!(name, "_{}", self.tables.len());
+            }
+            self.tables.push(Table { name, states });
+            self.tables.len() - 1
+        })
+    }
+
+    fn group(&mut self, name: &str, closed: bool, entries: &[&'a Entry], layout: &Layout) {
+        if entries.is_empty() {
+            return;
+        }
+        self.lines.push(Line::Open { name: name.to_string(), closed });
+        self.signals(entries, layout);
+        self.lines.push(Line::Close { name: name.to_string(), closed });
+    }
+
+    fn signals(&mut self, entries: &[&'a Entry], layout: &Layout) {
+        for entry in entries {
+            let style = self.style(entry, layout);
+            self.lines.push(Line::Signal { entry, style });
+        }
+    }
+
+    /// The list for a machine.
+    pub(crate) fn new(layout: &'a Layout) -> List<'a> {
+        let streams = &layout.streams;
+        let mut list = List { lines: vec![], tables: vec![] };
+        let shown = || layout.entries.iter().filter(|entry| entry.shown);
+        let part = |name: &'static str| {
+            shown().filter(move |e| e.scopes.get(1).is_some_and(|scope| scope == name))
+        };
+        let registers: Vec<&Entry> = part("registers").collect();
+        let wires: Vec<&Entry> = part("wires").collect();
+        let memories: Vec<&Entry> = part("memories").collect();
+
+        // A block is a part of the machine, or a part of one that receives a stream.
+        let is_block = |name: &str| streams.iter().any(|stream| stream.to == name);
+        let block_of = |scopes: &[String]| -> String {
+            let below = scopes.get(2..).unwrap_or_default();
+            let deepest = below.iter().rposition(|name| is_block(name)).unwrap_or(0);
+            below.iter().take(deepest + 1).cloned().collect::<Vec<_>>().join(".")
+        };
+        let mut blocks: Vec<String> = vec![];
+        for entry in &registers {
+            let block = block_of(&entry.scopes);
+            if !block.is_empty() && !blocks.contains(&block) {
+                blocks.push(block);
+            }
+        }
+
+        // A stream is a scope with `valid` and `ready`; all below it is its payload.
+        let with = |name: &str, scopes: &[String]| {
+            wires.iter().any(|e| e.name == name && e.scopes == scopes)
+        };
+        let stream_of = |entry: &Entry| {
+            let is_stream = |len: &usize| {
+                let scopes = &entry.scopes[..*len];
+                with("valid", scopes) && with("ready", scopes)
+            };
+            (3..=entry.scopes.len()).find(is_stream)
+        };
+        // Where a wire is shown: the block that receives its stream, or the block that it is a wire of.
+        let home = |entry: &Entry| -> Option<&String> {
+            let stream = stream_of(entry).and_then(|len| entry.scopes.get(len - 1));
+            let to = stream.and_then(|name| streams.iter().find(|stream| stream.name == *name));
+            let receiver = to.and_then(|StreamOf { to, .. }| {
+                blocks.iter().find(|block| block.rsplit('.').next() == Some(&to[..]))
+            });
+            receiver.or_else(|| blocks.iter().find(|block| entry.scopes.get(2) == Some(*block)))
+        };
+        let group_of = |entry: &Entry| {
+            let end = stream_of(entry).unwrap_or(entry.scopes.len());
+            entry.scopes.get(2..end).unwrap_or_default().join(".")
+        };
+        let show_wires = |list: &mut List<'a>, of: Option<&String>| {
+            let mine: Vec<&Entry> = wires.iter().copied().filter(|e| home(e) == of).collect();
+            for group in mine.chunk_by(|a, b| group_of(a) == group_of(b)) {
+                match &group_of(group[0])[..] {
+                    "" => list.signals(group, layout),
+                    name => list.group(name, false, group, layout),
+                }
+            }
+        };
+        show_wires(&mut list, None);
+        for block in &blocks {
+            let begin = list.lines.len();
+            show_wires(&mut list, Some(block));
+            let mine = registers.iter().copied().filter(|e| block_of(&e.scopes) == *block);
+            let (labels, rest): (Vec<&Entry>, Vec<&Entry>) =
+                mine.partition(|e| matches!(e.form, Form::Label { .. }));
+            list.signals(&labels, layout);
+            // A block that has only registers needs no group around theirs.
+            let grouped = list.lines.len() > begin;
+            list.group(&format!("{block}: registers"), true, &rest, layout);
+            if grouped {
+                let (name, closed) = (block.clone(), false);
+                list.lines.insert(begin, Line::Open { name: name.clone(), closed });
+                list.lines.push(Line::Close { name, closed });
+            }
+        }
+        let memory_of = |entry: &Entry| entry.scopes.get(2..).unwrap_or_default().join(".");
+        for memory in memories.chunk_by(|a, b| memory_of(a) == memory_of(b)) {
+            list.group(&format!("{}: words", memory_of(memory[0])), false, memory, layout);
+        }
+        list
+    }
+}
+
+impl View {
+    /// The files of the set-ups for GTKWave and Surfer.
+    pub fn files(&self, layout: &Layout) -> Vec<ViewFile> {
+        let list = List::new(layout);
+        let mut files = gtkwave::files(self, &list);
+        files.extend(surfer::files(self, &list));
+        files
+    }
+
+    /// Where viewers begin.
+    pub(crate) fn begins(&self) -> u64 {
+        self.markers.first().map_or(self.first, |marker| marker.cycle)
+    }
+}

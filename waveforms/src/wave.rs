@@ -1,0 +1,370 @@
+//! A waveform under way: what changes from cycle to cycle, in any format.
+
+use crate::fst::Fst;
+use crate::layout::Layout;
+use crate::vcd::Vcd;
+use pellucid_sim::{Label, Sink};
+use std::collections::VecDeque;
+use std::io::{self, Seek, Write};
+
+/// How long a clock cycle is on the time axis, in nanoseconds.
+pub const PERIOD_NS: u64 = 10;
+
+/// A waveform's file format.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FileFormat {
+    /// Value change dump: text that every viewer and many scripts read.
+    #[default]
+    Vcd,
+    /// GTKWave's binary format: small, and quick to open however long it is.
+    Fst,
+}
+
+impl FileFormat {
+    /// What a file's name ends with.
+    pub fn extension(self) -> &'static str {
+        match self {
+            FileFormat::Vcd => "vcd",
+            FileFormat::Fst => "fst",
+        }
+    }
+}
+
+/// One cycle's values and labels, and which of them changed.
+pub(crate) struct Now<'a> {
+    /// Every value, by its number.
+    pub(crate) values: &'a [u64],
+    /// The numbers of those to be shown anew.
+    pub(crate) changed: &'a [u32],
+    /// Every label as it is to be shown.
+    pub(crate) labels: &'a [Label],
+    /// The numbers of those to be shown anew.
+    pub(crate) relabelled: &'a [u32],
+}
+
+/// Why all values are shown, whether they changed or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Whole {
+    /// The waveform begins.
+    First,
+    /// It goes on after a gap.
+    AfterGap,
+    /// They are not.
+    No,
+}
+
+/// A file format. Cycles come in rising order.
+pub(crate) trait Format {
+    /// Shows a cycle.
+    fn cycle(&mut self, cycle: u64, whole: Whole, now: &Now) -> io::Result<()>;
+    /// From `cycle` on nothing is known.
+    fn gap(&mut self, cycle: u64) -> io::Result<()>;
+    /// Ends the file, and the last cycle where one is shown.
+    fn finish(self: Box<Self>, cycle: Option<u64>) -> io::Result<()>;
+}
+
+/// One cycle's values and labels.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Snapshot {
+    values: Vec<u64>,
+    labels: Vec<Label>,
+}
+
+impl Snapshot {
+    fn new(layout: &Layout) -> Snapshot {
+        let (values, labels) = (layout.values(), layout.gates.len());
+        Snapshot { values: vec![0; values], labels: vec![Label::NONE; labels] }
+    }
+
+    /// Samples a cycle over the values that are here. The numbers of those that changed go to `changed`.
+    #[inline(always)]
+    fn sample(
+        &mut self,
+        layout: &Layout,
+        changed: &mut Changed,
+        sample: impl FnOnce(&mut Sampler),
+    ) {
+        changed.len = 0;
+        let Snapshot { values, labels } = self;
+        let mut sampler = Sampler { values, labels, changed, at: 0, label_at: 0 };
+        sample(&mut sampler);
+        debug_assert_eq!(sampler.at, layout.sampled, "one value per declared signal");
+        debug_assert_eq!(sampler.label_at, layout.gates.len(), "one label per declared label");
+        let Sampler { values, labels, changed, .. } = sampler;
+        for (at, stall) in (layout.sampled..).zip(&layout.stalls) {
+            let value = values[stall.valid] & !values[stall.ready] & 1;
+            if values[at] != value {
+                values[at] = value;
+                changed.add(at);
+            }
+        }
+        for (label, gate) in labels.iter_mut().zip(&layout.gates) {
+            if gate.is_some_and(|gate| values[gate] == 0) {
+                *label = Label::NONE;
+            }
+        }
+    }
+}
+
+/// Numbers of values that changed: as many as there are at most.
+struct Changed {
+    list: Box<[u32]>,
+    len: usize,
+}
+
+impl Changed {
+    #[inline(always)]
+    fn add(&mut self, at: usize) {
+        self.list[self.len] = at as u32;
+        self.len += 1;
+    }
+}
+
+/// Takes a cycle's values.
+pub struct Sampler<'a> {
+    values: &'a mut [u64],
+    labels: &'a mut [Label],
+    changed: &'a mut Changed,
+    /// Which value is next.
+    at: usize,
+    /// Which label is next.
+    label_at: usize,
+}
+
+impl Sink for Sampler<'_> {
+    #[inline(always)]
+    fn push(&mut self, value: u64) {
+        if self.values[self.at] != value {
+            self.change(value);
+        }
+        self.at += 1;
+    }
+    #[inline(always)]
+    fn label(&mut self, label: Label) {
+        self.labels[self.label_at] = label;
+        self.label_at += 1;
+    }
+}
+
+impl Sampler<'_> {
+    #[inline(never)]
+    fn change(&mut self, value: u64) {
+        self.values[self.at] = value;
+        self.changed.add(self.at);
+    }
+}
+
+/// Cycles that may yet be shown.
+struct History {
+    /// The most that are remembered.
+    most: usize,
+    cycles: VecDeque<(u64, Snapshot)>,
+    /// The cycle at hand.
+    now: Snapshot,
+}
+
+/// A waveform under way. See [`Layout`] for what it shows.
+pub struct Wave {
+    layout: Layout,
+    format: Box<dyn Format>,
+    shown: Snapshot,
+    /// Labels as they were shown last.
+    labels: Vec<Label>,
+    changed: Changed,
+    relabelled: Vec<u32>,
+    state: Showing,
+    /// The first and the last cycle that were shown.
+    first: Option<u64>,
+    last: u64,
+    history: History,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Showing {
+    NotYet,
+    Now,
+    Gap,
+}
+
+/// Where cycles in which nothing changes lie between two others, the most of them that are shown.
+const STILL: u64 = 1000;
+
+impl Wave {
+    /// Begins a file. At most `history` cycles are remembered: see [`Wave::remember`].
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn new(
+        format: FileFormat,
+        out: impl Write + Seek + 'static,
+        layout: Layout,
+        history: usize,
+    ) -> io::Result<Wave> {
+        let format: Box<dyn Format> = match format {
+            FileFormat::Vcd => Box::new(Vcd::new(out, &layout)?),
+            FileFormat::Fst => Box::new(Fst::new(out, &layout)?),
+        };
+        let (shown, now) = (Snapshot::new(&layout), Snapshot::new(&layout));
+        Ok(Wave {
+            labels: shown.labels.clone(),
+            changed: Changed { list: vec![0; layout.values()].into(), len: 0 },
+            relabelled: vec![],
+            state: Showing::NotYet,
+            first: None,
+            last: 0,
+            history: History { most: history, cycles: VecDeque::new(), now },
+            shown,
+            format,
+            layout,
+        })
+    }
+
+    /// What it shows.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The first cycle that was shown.
+    pub fn first(&self) -> Option<u64> {
+        self.first
+    }
+
+    /// Shows a cycle; `sample` tells every signal's value, in the order of the declarations. Cycles must
+    /// rise.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    #[inline]
+    pub fn cycle(&mut self, cycle: u64, sample: impl FnOnce(&mut Sampler)) -> io::Result<()> {
+        self.shown.sample(&self.layout, &mut self.changed, sample);
+        self.show(cycle)
+    }
+
+    /// Shows what was sampled.
+    fn show(&mut self, cycle: u64) -> io::Result<()> {
+        let Wave { shown, labels, changed, relabelled, .. } = self;
+        let whole = match self.state {
+            Showing::NotYet => Whole::First,
+            Showing::Gap => Whole::AfterGap,
+            Showing::Now => Whole::No,
+        };
+        relabelled.clear();
+        for (k, (new, old)) in (0..).zip(shown.labels.iter().zip(labels)) {
+            if new != old || whole != Whole::No {
+                *old = *new;
+                relabelled.push(k);
+            }
+        }
+        if whole != Whole::No {
+            changed.len = 0;
+            (0..shown.values.len()).for_each(|at| changed.add(at));
+        }
+        let now = Now {
+            values: &shown.values,
+            changed: &changed.list[..changed.len],
+            labels: &shown.labels,
+            relabelled,
+        };
+        self.format.cycle(cycle, whole, &now)?;
+        self.first.get_or_insert(cycle);
+        (self.state, self.last) = (Showing::Now, cycle);
+        Ok(())
+    }
+
+    /// A gap begins with `cycle`: what the signals do until the next cycle is not shown.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn gap(&mut self, cycle: u64) -> io::Result<()> {
+        if self.state == Showing::Now {
+            self.state = Showing::Gap;
+            self.format.gap(cycle)?;
+        }
+        Ok(())
+    }
+
+    /// Remembers a cycle, so that [`Wave::recall`] can show it later. The oldest is forgotten where there are
+    /// too many; cycles in which nothing changes do not count.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    #[inline]
+    pub fn remember(&mut self, cycle: u64, sample: impl FnOnce(&mut Sampler)) -> io::Result<()> {
+        self.history.now.sample(&self.layout, &mut self.changed, sample);
+        let History { most, cycles, now } = &mut self.history;
+        if cycles.back().is_some_and(|(_, last)| last == now) {
+            return Ok(());
+        }
+        let mut room = Snapshot::default();
+        let mut forgotten = None;
+        if cycles.len() >= (*most).max(1)
+            && let Some((cycle, oldest)) = cycles.pop_front()
+        {
+            (forgotten, room) = (Some(cycle), oldest);
+        }
+        room.clone_from(now);
+        cycles.push_back((cycle, room));
+        match forgotten {
+            Some(cycle) => self.gap(cycle),
+            None => Ok(()),
+        }
+    }
+
+    /// The value of a signal in the cycle that was remembered last.
+    pub fn value(&self, at: usize) -> u64 {
+        self.history.now.values[at]
+    }
+
+    /// The labels in the cycle that was remembered last.
+    pub fn labels(&self) -> &[Label] {
+        &self.history.now.labels
+    }
+
+    /// The cycle that was remembered last: nothing has changed since.
+    pub fn last_change(&self) -> Option<u64> {
+        self.history.cycles.back().map(|(cycle, _)| *cycle)
+    }
+
+    /// Shows the remembered cycles from `from` on, up to `to`, and forgets all.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn recall(&mut self, from: u64, to: u64) -> io::Result<()> {
+        while let Some((cycle, snapshot)) = self.history.cycles.pop_front() {
+            // How long it stayed as it was.
+            let next = self.history.cycles.front().map_or(to + 1, |(next, _)| *next);
+            if next <= from {
+                self.gap(cycle)?;
+                continue;
+            }
+            let cycle = cycle.max(from);
+            if self.state == Showing::Now && cycle > self.last + 1 {
+                self.gap(self.last + 1)?;
+            }
+            let at = (0..).zip(snapshot.values.iter().zip(&self.shown.values));
+            self.changed.len = 0;
+            for (at, _) in at.filter(|(_, (new, old))| new != old) {
+                self.changed.add(at);
+            }
+            self.shown = snapshot;
+            self.show(cycle)?;
+            self.changed.len = 0;
+            for still in cycle + 1..next.min(cycle + STILL) {
+                self.show(still)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the file with `cycle`, the one after the last.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn finish(mut self, cycle: u64) -> io::Result<()> {
+        if let Some((first, _)) = self.history.cycles.pop_front() {
+            self.gap(first)?;
+        }
+        let shown = self.state == Showing::Now;
+        self.format.finish(shown.then_some(cycle))
+    }
+}
