@@ -119,6 +119,14 @@ where
         Some(Cycle { cfg: &self.cfg, q: &self.q, out })
     }
 
+    /// Forgets of the registers what is not declared. A block whose registers are all declared, as they must
+    /// be, does as it would have done.
+    pub fn forget_undeclared(&mut self) {
+        let mut values = vec![];
+        self.d.sample(&self.cfg, &mut values);
+        self.d = B::State::restore(&self.cfg, &mut values.into_iter());
+    }
+
     /// Reset: the registers go back; the memories keep what they hold and forget what is under way.
     pub fn reset(&mut self) {
         self.d = B::reset(&self.cfg);
@@ -213,6 +221,55 @@ mod tests {
         sim.clock(false).unwrap();
         let fault = sim.clock(true).err().unwrap();
         assert_eq!(fault.to_string(), "cycle 1: table: its write port was used twice");
+    }
+
+    #[test]
+    fn a_cycle_at_fault_can_be_seen_once() {
+        let mut sim = Sim::<Careless>::new(());
+        sim.clock(false).unwrap();
+        assert!(sim.at_fault().is_none());
+        sim.clock(true).err().unwrap();
+        assert_eq!(sim.at_fault().map(|cycle| cycle.q.count), Some(1));
+        assert!(sim.at_fault().is_none());
+    }
+
+    /// Counts in a register that nobody knows of.
+    struct Secretive;
+    #[derive(Clone, Copy, Signals)]
+    #[signals(())]
+    struct Hidden {
+        #[width(2)]
+        count: u32,
+        #[unseen]
+        half: bool,
+    }
+    impl Block for Secretive {
+        type Config = ();
+        type State = Hidden;
+        type In = ();
+        type Moore = ();
+        type Out = ();
+        type Mem = ();
+        fn reset(_: &()) -> Hidden {
+            Hidden { count: 0, half: false }
+        }
+        fn memories(_: &()) {}
+        fn moore(_: &(), _: &Hidden, _: &()) {}
+        fn next(_: &(), q: &Hidden, d: &mut Hidden, _: &mut (), _: ()) {
+            d.half = !q.half;
+            d.count = q.count + u32::from(q.half);
+        }
+    }
+
+    #[test]
+    fn an_undeclared_register_is_forgotten() {
+        let (mut whole, mut declared) = (Sim::<Secretive>::new(()), Sim::<Secretive>::new(()));
+        for _ in 0..2 {
+            whole.clock(()).unwrap();
+            declared.clock(()).unwrap();
+            declared.forget_undeclared();
+        }
+        assert_eq!((whole.state().count, declared.state().count), (1, 0));
     }
 
     #[test]

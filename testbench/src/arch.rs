@@ -263,31 +263,16 @@ where
         if let Some(wave) = wave {
             bench.record(wave, "machine")?;
         }
-        let played = bench
-            .frame(|bench| {
+        let ((), wave) = bench.traced(|bench| {
+            bench.frame(|bench| {
                 source.play(&mut |fragment| {
                     progress.step();
                     bench.send(Marked::item(fragment))
                 })
-            })
-            .and_then(|()| {
-                progress.turn_to("resolving");
-                bench.wait_for(1, || progress.step())
-            });
-        if let Err(error) = &played {
-            bench.show_failure(error)?;
-        }
-        // The waveform is wanted most of all when the model went wrong; a frame that could not be
-        // read leaves none, and one that could not be written is as far as it goes.
-        let wave = match &played {
-            Err(BenchError::Source(_)) => {
-                bench.discard_wave();
-                WaveReport::default()
-            }
-            Err(BenchError::Output(_) | BenchError::Wave(_)) => WaveReport::default(),
-            _ => bench.finish_wave()?,
-        };
-        played?;
+            })?;
+            progress.turn_to("resolving");
+            bench.wait_for(1, || progress.step())
+        })?;
         let image = bench.take_images().pop().unwrap_or_else(|| {
             unreachable!("the end of a frame waits for its image");
         });

@@ -246,11 +246,31 @@ where
         Ok(ports.fragment_ready)
     }
 
-    /// Shows the cycles before that in which the model was found at fault, where the waveform waits for that.
+    /// Plays what `play` plays and ends the waveform that is recorded, if any, whatever comes of it: one is
+    /// wanted most of all when the model goes wrong. A frame that cannot be read leaves none, and a waveform
+    /// that cannot be written is left as far as it goes.
     ///
     /// # Errors
-    /// The file cannot be written.
-    pub fn show_failure(&mut self, error: &BenchError) -> Result<(), OutputError> {
+    /// Those of `play`, or the waveform cannot be written.
+    pub fn traced<T>(
+        &mut self,
+        play: impl FnOnce(&mut Self) -> Result<T, BenchError>,
+    ) -> Result<(T, WaveReport), BenchError> {
+        let played = play(self);
+        match &played {
+            Err(BenchError::Source(_)) => self.discard_wave(),
+            Err(BenchError::Output(_) | BenchError::Wave(_)) => {}
+            Err(error) => {
+                self.show_failure(error)?;
+                self.finish_wave()?;
+            }
+            Ok(_) => return Ok((played?, self.finish_wave()?)),
+        }
+        Ok((played?, WaveReport::default()))
+    }
+
+    /// Shows the cycles before that in which the model was found at fault, where the waveform waits for that.
+    fn show_failure(&mut self, error: &BenchError) -> Result<(), OutputError> {
         let Some(what) = error.fault() else { return Ok(()) };
         let zero = self.ready_at.unwrap_or(0);
         // Unless the cycle came to its end, it has not been counted.
@@ -352,8 +372,7 @@ where
         wave.finish(time)
     }
 
-    /// Removes the waveform, if one is recorded.
-    pub fn discard_wave(&mut self) {
+    fn discard_wave(&mut self) {
         if let Some(wave) = self.wave.take() {
             wave.discard();
         }

@@ -306,21 +306,24 @@ impl Recorder {
         phase: Phase,
         sample: impl FnOnce(&mut Sampler),
     ) -> io::Result<()> {
-        let Recorder { wave, watches, markers, memories, .. } = self;
-        let sample = |to: &mut Sampler| {
+        let Recorder { wave, watches, markers, memories, remembers, .. } = self;
+        // The earliest of what they ask for: all are asked.
+        let mut look = |wave: &Wave| {
+            watches.iter_mut().filter_map(|watch| watch.look(time, phase, wave, markers)).min()
+        };
+        let shown = !*remembers && look(wave).is_some();
+        if !*remembers && !shown {
+            return wave.gap(time);
+        }
+        wave.sample(|to| {
             sample(to);
             memories.iter().flat_map(|shown| &shown.values).for_each(|value| to.push(*value));
-        };
-        if self.remembers {
-            wave.remember(time, sample)?;
-            let from = watches.iter_mut().filter_map(|w| w.look(time, phase, wave, markers)).min();
-            return from.map_or(Ok(()), |from| wave.recall(from, time));
+        });
+        if shown {
+            return wave.show(time);
         }
-        let mut shown = false;
-        for watch in watches {
-            shown |= watch.look(time, phase, wave, markers).is_some();
-        }
-        if shown { wave.cycle(time, sample) } else { wave.gap(time) }
+        wave.remember(time)?;
+        look(wave).map_or(Ok(()), |from| wave.recall(from, time))
     }
 
     /// The model is found at fault in cycle `time`, `what` in a word or two. If that is waited for, the cycles

@@ -159,25 +159,30 @@ impl Layout {
     }
 
     /// Keeps the signals that fit one of the patterns: `*` stands for any text, `?` for one character. What
-    /// must fit is a signal's path below the machine, or that of a scope it is in.
+    /// must fit is a signal's path below the machine, or that of a scope it is in. A pattern behind `!` leaves
+    /// out what fits; if there are only such patterns, all else stays.
     ///
     /// # Errors
     /// A pattern that no signal fits.
     pub fn select(&mut self, patterns: &[String]) -> Result<(), NoSignal> {
         let mut used = vec![false; patterns.len()];
+        let leaves_out = |pattern: &String| pattern.starts_with('!');
+        let all = patterns.iter().all(leaves_out);
         for entry in &mut self.entries {
             let path = entry.path();
             let below = path.split_once('.').map_or(&path[..], |(_, below)| below);
             let ends = below.match_indices('.').map(|(end, _)| end).chain([below.len()]);
             let scopes: Vec<&str> = ends.map(|end| &below[..end]).collect();
-            entry.shown = false;
+            let (mut kept, mut left_out) = (all, false);
             for (pattern, used) in patterns.iter().zip(&mut used) {
-                let fits = WildMatch::new(pattern);
+                let fits = WildMatch::new(pattern.trim_start_matches('!'));
                 if scopes.iter().any(|scope| fits.matches(scope)) {
-                    entry.shown = true;
                     *used = true;
+                    kept |= !leaves_out(pattern);
+                    left_out |= leaves_out(pattern);
                 }
             }
+            entry.shown = kept && !left_out;
         }
         match patterns.iter().zip(used).find(|(_, used)| !used) {
             None => Ok(()),

@@ -60,9 +60,13 @@ impl Text {
         self.len += bytes.len();
     }
 
+    fn add_number(&mut self, number: impl itoa::Integer) {
+        self.add_all(itoa::Buffer::new().format(number).as_bytes());
+    }
+
     fn add_time(&mut self, time: u64) {
         self.add_all(b"#");
-        self.add_all(itoa::Buffer::new().format(time).as_bytes());
+        self.add_number(time);
         self.add_all(b"\n");
     }
 }
@@ -70,8 +74,8 @@ impl Text {
 /// A signal of the file.
 #[derive(Clone, Copy)]
 struct Var {
-    /// It has one bit.
-    flag: bool,
+    /// The bits of a value.
+    width: u8,
     /// What ends a change of it: its id and a line feed, after a byte that is a blank for vectors and the
     /// value for one bit.
     tail: [u8; 8],
@@ -85,7 +89,7 @@ impl Var {
         let text = format!(" {id}\n");
         let mut tail = [0; 8];
         tail[..text.len()].copy_from_slice(text.as_bytes());
-        Var { flag: width == 1, tail, tail_len: text.len() as u8 }
+        Var { width: width as u8, tail, tail_len: text.len() as u8 }
     }
 
     /// The longest that a change is, and eight bytes that may be stored beyond it: labels are shorter.
@@ -99,12 +103,14 @@ impl Var {
         to.add(tail, self.tail_len.into());
     }
 
-    /// `1!` for one bit, `b101 "` for more, without leading zeros.
+    /// `1!` for one bit, `b101 "` for more, without leading zeros. A value that is too wide loses its upper
+    /// bits, as it would in hardware.
     fn change(&self, value: u64, to: &mut Text) {
-        if self.flag {
+        if self.width == 1 {
             return self.digit(b'0' + (value & 1) as u8, to);
         }
         to.add([b'b'; 8], 1);
+        let value = value & u64::MAX >> (u64::BITS - u32::from(self.width));
         let used = (u64::BITS - value.leading_zeros()).max(1);
         let mut rest = value << (u64::BITS - used);
         let start = to.len;
@@ -118,21 +124,23 @@ impl Var {
 
     /// `s#3(1,2) "`.
     fn relabel(&self, label: Label, to: &mut Text) {
-        to.add_all(b"s");
-        let room = &mut to.bytes[to.len..];
-        let left = {
-            let mut room = &mut room[..];
-            // There is room for the longest line.
-            let _ = write!(room, "{label}");
-            room.len()
-        };
-        to.len = to.bytes.len() - left;
+        to.add([b's'; 8], 1);
+        if let Some(number) = label.number() {
+            let (x, y) = label.place();
+            to.add([b'#'; 8], 1);
+            to.add_number(number);
+            to.add([b'('; 8], 1);
+            to.add_number(x);
+            to.add([b','; 8], 1);
+            to.add_number(y);
+            to.add([b')'; 8], 1);
+        }
         to.add(self.tail, self.tail_len.into());
     }
 
     /// Unknown.
     fn unknown(&self, to: &mut Text) {
-        if self.flag {
+        if self.width == 1 {
             self.digit(b'x', to);
         } else {
             to.add_all(b"bx");

@@ -76,7 +76,7 @@ impl Snapshot {
         Snapshot { values: vec![0; values], labels: vec![Label::NONE; labels] }
     }
 
-    /// Samples a cycle over the values that are here. The numbers of those that changed go to `changed`.
+    /// Samples a cycle over the values that are here. The numbers of those that change go to `changed`.
     #[inline(always)]
     fn sample(
         &mut self,
@@ -90,7 +90,12 @@ impl Snapshot {
         sample(&mut sampler);
         debug_assert_eq!(sampler.at, layout.sampled, "one value per declared signal");
         debug_assert_eq!(sampler.label_at, layout.gates.len(), "one label per declared label");
-        let Sampler { values, labels, changed, .. } = sampler;
+        self.derive(layout, changed);
+    }
+
+    /// Stalls, and labels of stages that hold something.
+    fn derive(&mut self, layout: &Layout, changed: &mut Changed) {
+        let Snapshot { values, labels } = self;
         for (at, stall) in (layout.sampled..).zip(&layout.stalls) {
             let value = values[stall.valid] & !values[stall.ready] & 1;
             if values[at] != value {
@@ -156,21 +161,25 @@ impl Sampler<'_> {
 
 /// Cycles that may yet be shown.
 struct History {
-    /// The most that are remembered.
+    /// The most that are remembered; 0 if a cycle is shown when it comes or not at all.
     most: usize,
     cycles: VecDeque<(u64, Snapshot)>,
-    /// The cycle at hand.
-    now: Snapshot,
+    /// What was shown last.
+    shown: Vec<u64>,
 }
 
 /// A waveform under way. See [`Layout`] for what it shows.
+///
+/// A cycle is sampled, then shown or passed over. With a history it can also be remembered and shown later.
 pub struct Wave {
     layout: Layout,
     format: Box<dyn Format>,
-    shown: Snapshot,
+    /// The cycle that was sampled last.
+    now: Snapshot,
+    /// What changed in it.
+    changed: Changed,
     /// Labels as they were shown last.
     labels: Vec<Label>,
-    changed: Changed,
     relabelled: Vec<u32>,
     state: Showing,
     /// The first and the last cycle that were shown.
@@ -204,16 +213,16 @@ impl Wave {
             FileFormat::Vcd => Box::new(Vcd::new(out, &layout)?),
             FileFormat::Fst => Box::new(Fst::new(out, &layout)?),
         };
-        let (shown, now) = (Snapshot::new(&layout), Snapshot::new(&layout));
+        let now = Snapshot::new(&layout);
         Ok(Wave {
-            labels: shown.labels.clone(),
+            labels: now.labels.clone(),
             changed: Changed { list: vec![0; layout.values()].into(), len: 0 },
             relabelled: vec![],
             state: Showing::NotYet,
             first: None,
             last: 0,
-            history: History { most: history, cycles: VecDeque::new(), now },
-            shown,
+            history: History { most: history, cycles: VecDeque::new(), shown: now.values.clone() },
+            now,
             format,
             layout,
         })
@@ -229,46 +238,31 @@ impl Wave {
         self.first
     }
 
-    /// Shows a cycle; `sample` tells every signal's value, in the order of the declarations. Cycles must
-    /// rise.
+    /// Samples a cycle: `sample` tells every signal's value and every label, in the order of the declarations.
+    #[inline(always)]
+    pub fn sample(&mut self, sample: impl FnOnce(&mut Sampler)) {
+        self.now.sample(&self.layout, &mut self.changed, sample);
+    }
+
+    /// Shows the cycle that was sampled. Cycles must rise.
     ///
     /// # Errors
     /// Those of the writer.
-    #[inline]
-    pub fn cycle(&mut self, cycle: u64, sample: impl FnOnce(&mut Sampler)) -> io::Result<()> {
-        self.shown.sample(&self.layout, &mut self.changed, sample);
-        self.show(cycle)
+    pub fn show(&mut self, cycle: u64) -> io::Result<()> {
+        if self.history.most > 0 {
+            self.remember(cycle)?;
+            return self.recall(cycle, cycle);
+        }
+        let Wave { format, now, changed, labels, relabelled, state, .. } = self;
+        let mut output = Output { format: &mut **format, labels, relabelled, state };
+        output.cycle(cycle, now, changed)?;
+        self.shown(cycle);
+        Ok(())
     }
 
-    /// Shows what was sampled.
-    fn show(&mut self, cycle: u64) -> io::Result<()> {
-        let Wave { shown, labels, changed, relabelled, .. } = self;
-        let whole = match self.state {
-            Showing::NotYet => Whole::First,
-            Showing::Gap => Whole::AfterGap,
-            Showing::Now => Whole::No,
-        };
-        relabelled.clear();
-        for (k, (new, old)) in (0..).zip(shown.labels.iter().zip(labels)) {
-            if new != old || whole != Whole::No {
-                *old = *new;
-                relabelled.push(k);
-            }
-        }
-        if whole != Whole::No {
-            changed.len = 0;
-            (0..shown.values.len()).for_each(|at| changed.add(at));
-        }
-        let now = Now {
-            values: &shown.values,
-            changed: &changed.list[..changed.len],
-            labels: &shown.labels,
-            relabelled,
-        };
-        self.format.cycle(cycle, whole, &now)?;
+    fn shown(&mut self, cycle: u64) {
         self.first.get_or_insert(cycle);
-        (self.state, self.last) = (Showing::Now, cycle);
-        Ok(())
+        self.last = cycle;
     }
 
     /// A gap begins with `cycle`: what the signals do until the next cycle is not shown.
@@ -283,41 +277,40 @@ impl Wave {
         Ok(())
     }
 
-    /// Remembers a cycle, so that [`Wave::recall`] can show it later. The oldest is forgotten where there are
-    /// too many; cycles in which nothing changes do not count.
+    /// Remembers the cycle that was sampled, so that [`Wave::recall`] can show it later. The oldest is
+    /// forgotten where there are too many; cycles in which nothing changes do not count.
     ///
     /// # Errors
     /// Those of the writer.
-    #[inline]
-    pub fn remember(&mut self, cycle: u64, sample: impl FnOnce(&mut Sampler)) -> io::Result<()> {
-        self.history.now.sample(&self.layout, &mut self.changed, sample);
-        let History { most, cycles, now } = &mut self.history;
-        if cycles.back().is_some_and(|(_, last)| last == now) {
+    pub fn remember(&mut self, cycle: u64) -> io::Result<()> {
+        let Wave { now, changed, history, .. } = self;
+        let still = changed.len == 0;
+        if still && history.cycles.back().is_some_and(|(_, last)| last.labels == now.labels) {
             return Ok(());
         }
         let mut room = Snapshot::default();
         let mut forgotten = None;
-        if cycles.len() >= (*most).max(1)
-            && let Some((cycle, oldest)) = cycles.pop_front()
+        if history.cycles.len() >= history.most.max(1)
+            && let Some((cycle, oldest)) = history.cycles.pop_front()
         {
             (forgotten, room) = (Some(cycle), oldest);
         }
         room.clone_from(now);
-        cycles.push_back((cycle, room));
+        history.cycles.push_back((cycle, room));
         match forgotten {
             Some(cycle) => self.gap(cycle),
             None => Ok(()),
         }
     }
 
-    /// The value of a signal in the cycle that was remembered last.
+    /// The value of a signal in the cycle that was sampled last.
     pub fn value(&self, at: usize) -> u64 {
-        self.history.now.values[at]
+        self.now.values[at]
     }
 
-    /// The labels in the cycle that was remembered last.
+    /// The labels in the cycle that was sampled last.
     pub fn labels(&self) -> &[Label] {
-        &self.history.now.labels
+        &self.now.labels
     }
 
     /// The cycle that was remembered last: nothing has changed since.
@@ -341,17 +334,23 @@ impl Wave {
             if self.state == Showing::Now && cycle > self.last + 1 {
                 self.gap(self.last + 1)?;
             }
-            let at = (0..).zip(snapshot.values.iter().zip(&self.shown.values));
-            self.changed.len = 0;
-            for (at, _) in at.filter(|(_, (new, old))| new != old) {
-                self.changed.add(at);
+            let Wave { format, changed, labels, relabelled, state, history, .. } = self;
+            let mut output = Output { format: &mut **format, labels, relabelled, state };
+            changed.len = 0;
+            for (at, (new, old)) in snapshot.values.iter().zip(&mut history.shown).enumerate() {
+                if new != old {
+                    *old = *new;
+                    changed.add(at);
+                }
             }
-            self.shown = snapshot;
-            self.show(cycle)?;
-            self.changed.len = 0;
-            for still in cycle + 1..next.min(cycle + STILL) {
-                self.show(still)?;
+            output.cycle(cycle, &snapshot, changed)?;
+            changed.len = 0;
+            let until = next.min(cycle + STILL);
+            for still in cycle + 1..until {
+                output.cycle(still, &snapshot, changed)?;
             }
+            self.shown(cycle);
+            self.last = until - 1;
         }
         Ok(())
     }
@@ -366,5 +365,45 @@ impl Wave {
         }
         let shown = self.state == Showing::Now;
         self.format.finish(shown.then_some(cycle))
+    }
+}
+
+/// Where cycles go.
+struct Output<'a> {
+    format: &'a mut dyn Format,
+    /// Labels as they were shown last.
+    labels: &'a mut [Label],
+    relabelled: &'a mut Vec<u32>,
+    state: &'a mut Showing,
+}
+
+impl Output<'_> {
+    /// Shows a cycle of which `changed` is known.
+    fn cycle(&mut self, cycle: u64, now: &Snapshot, changed: &mut Changed) -> io::Result<()> {
+        let whole = match self.state {
+            Showing::NotYet => Whole::First,
+            Showing::Gap => Whole::AfterGap,
+            Showing::Now => Whole::No,
+        };
+        self.relabelled.clear();
+        for (k, (new, old)) in (0..).zip(now.labels.iter().zip(&mut *self.labels)) {
+            if new != old || whole != Whole::No {
+                *old = *new;
+                self.relabelled.push(k);
+            }
+        }
+        if whole != Whole::No {
+            changed.len = 0;
+            (0..now.values.len()).for_each(|at| changed.add(at));
+        }
+        let now = Now {
+            values: &now.values,
+            changed: &changed.list[..changed.len],
+            labels: &now.labels,
+            relabelled: self.relabelled,
+        };
+        self.format.cycle(cycle, whole, &now)?;
+        *self.state = Showing::Now;
+        Ok(())
     }
 }

@@ -5,13 +5,15 @@
 //! Cycles and images must agree. The first round warms up and is not counted.
 //!
 //! Waveforms are compared twice. *Same signals*: Verilator dumps what the Rust simulation dumps, the
-//! clock, the registers of every block and the machine's outputs. *All signals*: it dumps everything
+//! clock, the registers of every block and the machine's outputs; so does crate `vcd` alone. What writing
+//! takes is the time beyond that of the same run without a waveform. *By itself*: Verilator dumps everything
 //! that is in the Verilog, as `--trace` does unless told otherwise; inner wires and the memories' read
-//! pipelines are in that file alone. Either writes a VCD file below the folder for temporary files.
+//! pipelines are in that file alone. All write below the folder for temporary files.
 //!
 //! What building takes is shown for Verilator alone: its program is built for a machine and a screen, the
 //! Rust simulation takes both when it runs.
 
+mod bare;
 mod verilated;
 
 use pellucid_hw::allocator::FreeList;
@@ -25,16 +27,17 @@ use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, Scene};
 use pellucid_testbench::window::Window;
 use pellucid_verilog::{File, files};
+use pellucid_waveforms::FileFormat;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use verilated::{Trace, Verilated, flags, version};
 
 const ROUNDS: usize = 9;
 /// Waveforms are large and slow.
-const TRACED_ROUNDS: usize = 3;
+const TRACED_ROUNDS: usize = 5;
 
 /// What is played.
 pub struct Frame {
@@ -69,14 +72,19 @@ fn open(scene: &str) -> Frame {
     Frame { screen: scene.info(), fragments }
 }
 
-/// Plays the frame once from reset; where `wave` is given, every cycle is written to it.
-fn play(bench: &mut Bench<Machine>, frame: &Frame, wave: Option<&Path>) -> Played {
+/// FNV-1a over whole words.
+pub fn checksum(pixels: &[u32]) -> u64 {
+    let fnv = |sum: u64, pixel: &u32| (sum ^ u64::from(*pixel)).wrapping_mul(0x0100_0000_01b3);
+    pixels.iter().fold(0xcbf2_9ce4_8422_2325, fnv)
+}
+
+/// Plays the frame once from reset; where `wave` is given, it is written.
+fn play(bench: &mut Bench<Machine>, frame: &Frame, wave: Option<&WaveJob>) -> Played {
     let before = bench.cycles();
     let start = Instant::now();
     bench.reset().unwrap();
-    if let Some(path) = wave {
-        let all = Window::Cycles { from: 0, to: u64::MAX };
-        bench.record(&WaveJob::new(path, &[all]), "machine").unwrap();
+    if let Some(wave) = wave {
+        bench.record(wave, "machine").unwrap();
     }
     for fragment in &frame.fragments {
         bench.send(Marked::item(*fragment)).unwrap();
@@ -85,64 +93,140 @@ fn play(bench: &mut Bench<Machine>, frame: &Frame, wave: Option<&Path>) -> Playe
     bench.finish_wave().unwrap();
     let seconds = start.elapsed().as_secs_f64();
     let image = bench.take_images().pop().unwrap();
-    let fnv = |sum: u64, pixel: &u32| (sum ^ u64::from(*pixel)).wrapping_mul(0x0100_0000_01b3);
-    let checksum = image.pixels.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
-    Played { cycles: bench.cycles() - before, seconds, checksum }
+    Played { cycles: bench.cycles() - before, seconds, checksum: checksum(&image.pixels) }
 }
 
-/// The signals and the size of a waveform, which is removed.
+/// The size of a waveform, which is removed, and of a VCD the number of its signals.
 fn measure(path: &Path) -> String {
-    let header = BufReader::new(fs::File::open(path).unwrap()).lines().map(Result::unwrap);
-    let mut signals = BTreeSet::new();
-    for line in header.take_while(|line| !line.starts_with("$enddefinitions")) {
-        let mut words = line.split_whitespace();
-        if words.next() == Some("$var") {
-            // Names of one signal share its id, which follows type and width.
-            signals.extend(words.nth(2).map(String::from));
-        }
-    }
     let bytes = fs::metadata(path).unwrap().len();
+    let mut signals = String::new();
+    if path.extension().is_some_and(|extension| extension == "vcd") {
+        let header = BufReader::new(fs::File::open(path).unwrap()).lines().map(Result::unwrap);
+        let mut ids = BTreeSet::new();
+        for line in header.take_while(|line| !line.starts_with("$enddefinitions")) {
+            let mut words = line.split_whitespace();
+            if words.next() == Some("$var") {
+                // Names of one signal share its id, which follows type and width.
+                ids.extend(words.nth(2).map(String::from));
+            }
+        }
+        signals = format!("{} signals, ", ids.len());
+    }
     fs::remove_file(path).unwrap();
-    format!("{} signals, {} MB", signals.len(), bytes / 1_000_000)
+    format!("{signals}{} MB", bytes / 1_000_000)
 }
 
-fn median(mut speeds: Vec<f64>) -> f64 {
-    speeds.sort_by(f64::total_cmp);
-    speeds[speeds.len() / 2]
+fn median(mut figures: Vec<f64>) -> f64 {
+    figures.sort_by(f64::total_cmp);
+    figures[figures.len() / 2]
 }
 
-/// Builds one model, plays the frame to it and to the Rust simulation in turns, and reports.
-fn compare(what: &str, folder: &Path, modules: &[File], trace: Trace, frame: &Frame) {
-    let mut verilated = Verilated::build(folder, modules, trace, frame);
-    let mut bench = Bench::<Machine>::new(Config::new(frame.screen, Params::default()).unwrap());
-    let waves = [folder.join("rust.vcd"), folder.join("verilator.vcd")];
-    let traced = trace != Trace::Off;
-    let rounds = if traced { TRACED_ROUNDS } else { ROUNDS };
-    let (mut speeds, mut dumps) = ([vec![], vec![]], [String::new(), String::new()]);
+/// Something that plays the frame.
+struct Player<'a> {
+    name: &'static str,
+    /// The waveform that it writes.
+    wave: Option<PathBuf>,
+    /// The player that does the same without it, by its place in the list.
+    without: Option<usize>,
+    play: Box<dyn FnMut() -> Played + 'a>,
+    seconds: Vec<f64>,
+    size: String,
+}
+
+/// Lets all play in turns, several rounds, of which the first warms up. The last is what the others are
+/// compared with.
+fn compare(what: &str, rounds: usize, players: &mut [Player]) {
     let mut cycles = 0;
     for round in 0..=rounds {
-        let rust = play(&mut bench, frame, traced.then_some(&waves[0]));
-        let other = verilated.play(&waves[1]);
-        assert_eq!(rust.cycles, other.cycles, "both take as many cycles");
-        assert_eq!(rust.checksum, other.checksum, "both show the same image");
-        cycles = rust.cycles;
-        for (k, played) in [rust, other].iter().enumerate() {
+        let mut first = None;
+        for player in &mut *players {
+            let played = (player.play)();
+            cycles = played.cycles;
+            let result = (played.cycles, played.checksum);
+            assert_eq!(result, *first.get_or_insert(result), "cycles and images are equal");
             if round > 0 {
-                speeds[k].push(played.cycles as f64 / played.seconds / 1e6);
+                player.seconds.push(played.seconds);
             }
-            if traced {
-                dumps[k] = format!("   {}", measure(&waves[k]));
+            if let Some(wave) = &player.wave {
+                player.size = measure(wave);
             }
         }
     }
-    let [rust, other] = speeds.map(median);
-    let (translated, compiled) = (verilated.translated, verilated.compiled);
-    verilated.finish().unwrap();
     println!("  {what}: {cycles} cycles each, equal images, median of {rounds}");
-    println!("    Rust       {rust:7.3} Mcycles/s{}", dumps[0]);
-    println!("    Verilator  {other:7.3} Mcycles/s{}", dumps[1]);
-    println!("    ratio      {:7.2}", rust / other);
-    println!("    built in {translated:.1?} (Verilog to C++) + {compiled:.1?} (C++ to program)");
+    let seconds: Vec<f64> = players.iter().map(|p| median(p.seconds.clone())).collect();
+    let yardstick = seconds[seconds.len() - 1];
+    for (player, own) in players.iter().zip(&seconds) {
+        let Player { name, without, size, .. } = player;
+        let speed = cycles as f64 / own / 1e6;
+        print!("    {name:34} {speed:7.3} Mcycles/s   ratio {:5.2}", yardstick / own);
+        if let Some(without) = without {
+            let writing = (own - seconds[*without]) / cycles as f64 * 1e9;
+            print!("   writing {writing:6.0} ns/cycle   {size}");
+        }
+        println!();
+    }
+}
+
+/// A player of the Rust simulation, which writes a waveform in a format, of all signals or of those that
+/// patterns leave.
+fn rust<'a>(
+    name: &'static str,
+    folder: &Path,
+    frame: &'a Frame,
+    wave: Option<(FileFormat, &[&str])>,
+) -> Player<'a> {
+    let mut bench = Bench::<Machine>::new(Config::new(frame.screen, Params::default()).unwrap());
+    let job = wave.map(|(format, scopes)| {
+        let path = folder.join("rust").with_extension(format.extension());
+        let all = Window::Cycles { from: 0, to: u64::MAX };
+        let scopes = scopes.iter().map(ToString::to_string).collect();
+        WaveJob { format, scopes, ..WaveJob::new(&path, &[all]) }
+    });
+    Player {
+        name,
+        wave: job.as_ref().map(|job| job.path.clone()),
+        without: None,
+        play: Box::new(move || play(&mut bench, frame, job.as_ref())),
+        seconds: vec![],
+        size: String::new(),
+    }
+}
+
+/// A player of the model that Verilator builds.
+fn verilator<'a>(
+    name: &'static str,
+    folder: &Path,
+    modules: &[File],
+    trace: Trace,
+    frame: &Frame,
+) -> Player<'a> {
+    let mut verilated = Verilated::build(folder, modules, trace, frame);
+    println!(
+        "  {name}: built in {:.1?} (Verilog to C++) + {:.1?} (C++ to program)",
+        verilated.translated, verilated.compiled
+    );
+    let wave = folder.join("verilator.vcd");
+    Player {
+        name,
+        wave: (trace != Trace::Off).then(|| wave.clone()),
+        without: None,
+        play: Box::new(move || verilated.play(&wave)),
+        seconds: vec![],
+        size: String::new(),
+    }
+}
+
+/// A player of the Rust simulation, without its bench, whose waveform is written by crate `vcd` alone.
+fn bare<'a>(name: &'static str, folder: &Path, frame: &'a Frame, traced: bool) -> Player<'a> {
+    let wave = traced.then(|| folder.join("bare.vcd"));
+    Player {
+        name,
+        wave: wave.clone(),
+        without: None,
+        play: Box::new(move || bare::play(frame, wave.as_deref())),
+        seconds: vec![],
+        size: String::new(),
+    }
 }
 
 fn main() {
@@ -167,12 +251,32 @@ fn main() {
         let modules = files(&elaborate::<Machine>(&cfg), &[]);
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), &modules, &[]).unwrap();
-        for (what, trace) in [
-            ("no waveform", Trace::Off),
-            ("VCD, same signals", Trace::Same),
-            ("VCD, all signals", Trace::All),
-        ] {
-            compare(what, folder.path(), &modules, trace, &frame);
-        }
+        let (folder, frame) = (folder.path(), &frame);
+        let build = |name, trace| verilator(name, folder, &modules, trace, frame);
+        let mut players = [rust("Rust", folder, frame, None), build("Verilator", Trace::Off)];
+        compare("no waveform", ROUNDS, &mut players);
+
+        let [_, untraced] = players;
+        // What only our waveforms have.
+        let same = ["!*.label", "!*.stall"];
+        let (vcd, fst) = (FileFormat::Vcd, FileFormat::Fst);
+        let after = |without, player| Player { without: Some(without), ..player };
+        let mut players = [
+            rust("Rust", folder, frame, None),
+            after(0, rust("Rust, VCD", folder, frame, Some((vcd, &same)))),
+            after(0, rust("Rust, VCD with labels and stalls", folder, frame, Some((vcd, &[])))),
+            after(0, rust("Rust, FST", folder, frame, Some((fst, &same)))),
+            bare("Rust without its bench", folder, frame, false),
+            after(4, bare("Rust without its bench, crate vcd", folder, frame, true)),
+            untraced,
+            after(6, build("Verilator, VCD", Trace::Same)),
+        ];
+        compare("waveforms of the same signals", TRACED_ROUNDS, &mut players);
+
+        let mut players = [
+            rust("Rust, VCD", folder, frame, Some((vcd, &[]))),
+            build("Verilator, VCD", Trace::All),
+        ];
+        compare("waveforms as either writes them by itself", TRACED_ROUNDS, &mut players);
     }
 }

@@ -4,7 +4,7 @@ use crate::{Frame, Played};
 use pellucid_verilog::File;
 use std::fmt::Write;
 use std::fs;
-use std::io::{self, BufRead, BufReader, Write as _};
+use std::io::{BufRead, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -146,10 +146,11 @@ impl Verilated {
             checksum: checksum.parse().unwrap(),
         }
     }
+}
 
-    /// Ends the process.
-    pub fn finish(mut self) -> io::Result<()> {
-        drop(self.orders);
-        self.process.wait().map(|_| ())
+impl Drop for Verilated {
+    fn drop(&mut self) {
+        // It waits for an order that does not come.
+        let _ = self.process.kill().and_then(|()| self.process.wait());
     }
 }

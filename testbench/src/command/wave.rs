@@ -24,7 +24,7 @@ pub(super) struct WaveArgs {
     #[arg(long, value_name = "X,Y", value_parser = pixel)]
     follow_pixel: Vec<(u32, u32)>,
     /// Signals that it has, by path below the machine, several with commas: `*` stands for any text, the
-    /// name of a scope for all in it, as in `registers.chains*,wires.events` [default: all]
+    /// name of a scope for all in it, `!` leaves out, as in `registers.chains,wires,!*.label` [default: all]
     #[arg(long, value_name = "GLOB", value_delimiter = ',')]
     wave_scope: Vec<String>,
     /// Words of memories that it has as well, several with commas: PATH or PATH:FROM..TO, the path as

@@ -1,21 +1,24 @@
 //! What the tests of every machine share: random frames, how they are played, and what must hold.
 
-use pellucid_hw::machine::{Census, Check, Machine, Tally};
+use pellucid_hw::machine::{Census, Check, Frame, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
-use pellucid_sim::Label;
-use pellucid_sim::{Signals, Stream};
+use pellucid_sim::block::Cycle;
+use pellucid_sim::{Label, Signals, Sim, Stream};
 use pellucid_testbench::arch::Architecture;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
 use pellucid_testbench::progress::Progress;
+use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::Source;
 use pellucid_testbench::stimulus::chosen;
 use pellucid_testbench::trial::Case;
+use pellucid_testbench::window::{DEFAULT_WINDOWS, Window};
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
+use std::path::{Path, PathBuf};
 
 /// Most fragments of a random frame.
 pub const FRAGMENTS: usize = 400;
@@ -94,25 +97,52 @@ impl<M: Tested> Setup<M> {
 
     /// Plays the frames on one machine, each next one as soon as the machine takes it.
     pub fn run(&self, frames: &[Vec<Fragment>]) -> Result<Run, BenchError> {
+        self.play(frames, None)
+    }
+
+    fn play(&self, frames: &[Vec<Fragment>], wave: Option<&WaveJob>) -> Result<Run, BenchError> {
         let mut bench = Bench::<M>::new(self.cfg);
         let (busy, idle) = (self.display_busy, self.source_idle);
         bench.set_display(move |cycle| !chosen(cycle, busy));
-        let mut chance = 0;
-        for frame in frames {
-            bench.frame(|bench| {
-                for fragment in frame {
-                    chance += 1;
-                    while chosen(chance, idle) {
-                        bench.step(Stream::idle())?;
-                        chance += 1;
-                    }
-                    bench.send(Marked::item(*fragment))?;
-                }
-                Ok(())
-            })?;
+        if let Some(wave) = wave {
+            bench.record(wave, "machine")?;
         }
-        bench.wait_for(frames.len(), || {})?;
+        let mut chance = 0;
+        bench.traced(|bench| {
+            for frame in frames {
+                bench.frame(|bench| {
+                    for fragment in frame {
+                        chance += 1;
+                        while chosen(chance, idle) {
+                            bench.step(Stream::idle())?;
+                            chance += 1;
+                        }
+                        bench.send(Marked::item(*fragment))?;
+                    }
+                    Ok(())
+                })?;
+            }
+            bench.wait_for(frames.len(), || {})
+        })?;
         Ok(Run { images: bench.take_images(), tally: bench.tally() })
+    }
+
+    /// What `judge` says of the frames. If it is not pleased, their waveform is kept, and it is said where.
+    pub fn judged(
+        &self,
+        frames: &[Vec<Fragment>],
+        judge: impl FnOnce() -> Result<(), TestCaseError>,
+    ) -> Result<(), TestCaseError> {
+        judge().map_err(|error| match error {
+            TestCaseError::Fail(reason) => {
+                let path = kept_at();
+                let windows = [Window::Cycles { from: 0, to: u64::MAX }, Window::Failure];
+                // A fault of the model is why it is kept.
+                let _ = self.play(frames, Some(&WaveJob::new(&path, &windows)));
+                TestCaseError::fail(format!("{reason}\nits waveform: {}", path.display()))
+            }
+            other => other,
+        })
     }
 
     /// What the golden model says of a frame, for this machine's arithmetic.
@@ -149,6 +179,14 @@ impl<M: Tested> Setup<M> {
         }
         checks
     }
+}
+
+/// Where the waveform of a test that fails is kept: the test runs in a thread of its name.
+fn kept_at() -> PathBuf {
+    let test = std::thread::current().name().unwrap_or("test").replace("::", "-");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("failures").join(test);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join("wave.vcd")
 }
 
 /// A run's error as a failed case, so that it shrinks.
@@ -277,15 +315,50 @@ pub fn check_drops<M: Tested>(
     let kept = frame.iter().zip(dropped).filter(|(_, dropped)| !**dropped);
     let kept: Vec<Fragment> = kept.map(|(fragment, _)| *fragment).collect();
     let count = (frame.len() - kept.len()) as u64;
-    let run = tried(setup.run(&[frame.to_vec()]))?;
-    let (kept, all) = (setup.golden(&kept), setup.golden(frame));
-    prop_assert_eq!(run.tally.fragments.dropped, count);
-    prop_assert_eq!(run.tally.fragments.stored, kept.stored);
-    prop_assert_eq!(&run.images[0], kept.image_by(M::ARITHMETIC));
-    let forms = setup.closed_forms(&run.tally, std::slice::from_ref(&all));
-    let verdict = Verdict::new(&all, M::ARITHMETIC, &run.images[0], &run.tally, forms);
-    prop_assert_eq!(verdict.is_right(), count == 0);
-    prop_assert!(verdict.is_right_but_for_drops(), "{:?}", verdict.faults());
+    let frames = [frame.to_vec()];
+    setup.judged(&frames, || {
+        let run = tried(setup.run(&frames))?;
+        let (kept, all) = (setup.golden(&kept), setup.golden(frame));
+        prop_assert_eq!(run.tally.fragments.dropped, count);
+        prop_assert_eq!(run.tally.fragments.stored, kept.stored);
+        prop_assert_eq!(&run.images[0], kept.image_by(M::ARITHMETIC));
+        let forms = setup.closed_forms(&run.tally, std::slice::from_ref(&all));
+        let verdict = Verdict::new(&all, M::ARITHMETIC, &run.images[0], &run.tally, forms);
+        prop_assert_eq!(verdict.is_right(), count == 0);
+        prop_assert!(verdict.is_right_but_for_drops(), "{:?}", verdict.faults());
+        Ok(())
+    })
+}
+
+/// Two machines play a frame again and again, of which one keeps from cycle to cycle only the registers that
+/// are declared.
+pub fn check_declared<M: Tested>(
+    setup: &Setup<M>,
+    frame: &[Fragment],
+) -> Result<(), TestCaseError> {
+    let mut whole = Sim::<M>::new(setup.cfg);
+    let mut declared = Sim::<M>::new(setup.cfg);
+    let items = frame.iter().map(|f| Marked::item(*f)).chain([Marked::end()]);
+    let mut items = items.cycle().peekable();
+    for cycle in 0..2000 {
+        let fragment = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
+        let i = Frame { fragment, image_ready: !chosen(cycle, setup.display_busy) };
+        let mut taken = false;
+        let mut seen = |sim: &mut Sim<M>| {
+            let Cycle { cfg, q, out } =
+                sim.clock(i).map_err(|e| TestCaseError::fail(e.to_string()))?;
+            taken = M::ports(&out).fragment_ready;
+            let mut values = vec![];
+            q.sample(cfg, &mut values);
+            out.sample(cfg, &mut values);
+            Ok::<_, TestCaseError>(values)
+        };
+        prop_assert_eq!(seen(&mut whole)?, seen(&mut declared)?, "in cycle {}", cycle);
+        declared.forget_undeclared();
+        if taken {
+            items.next();
+        }
+    }
     Ok(())
 }
 
@@ -337,13 +410,16 @@ macro_rules! properties {
 
                 #[test]
                 fn random_frames_are_right((setup, frames) in some_frames::<$machine>()) {
-                    let references: Vec<_> = frames.iter().map(|f| setup.golden(f)).collect();
-                    let run = tried(setup.run(&frames))?;
-                    let forms = setup.closed_forms(&run.tally, &references);
-                    let (all, image) = (stacked(&references), stack(&run.images));
-                    let arithmetic = <$machine as Machine>::ARITHMETIC;
-                    let verdict = Verdict::new(&all, arithmetic, &image, &run.tally, forms);
-                    prop_assert!(verdict.is_right(), "{:?}", verdict.faults());
+                    setup.judged(&frames, || {
+                        let references: Vec<_> = frames.iter().map(|f| setup.golden(f)).collect();
+                        let run = tried(setup.run(&frames))?;
+                        let forms = setup.closed_forms(&run.tally, &references);
+                        let (all, image) = (stacked(&references), stack(&run.images));
+                        let arithmetic = <$machine as Machine>::ARITHMETIC;
+                        let verdict = Verdict::new(&all, arithmetic, &image, &run.tally, forms);
+                        prop_assert!(verdict.is_right(), "{:?}", verdict.faults());
+                        Ok(())
+                    })?;
                 }
 
                 /// In the middle of storing, resolving or showing: nothing of that frame is left.
@@ -373,16 +449,23 @@ macro_rules! properties {
                     permuted.sort_by_key(|f| {
                         (u64::from(f.y) << 32 | u64::from(f.x)).wrapping_add(seed).wrapping_mul(seed | 1)
                     });
-                    prop_assert_eq!(setup.image(&frame)?, setup.image(&permuted)?);
+                    setup.judged(std::slice::from_ref(&permuted), || {
+                        prop_assert_eq!(setup.image(&frame)?, setup.image(&permuted)?);
+                        Ok(())
+                    })?;
                 }
 
                 #[test]
                 fn a_frame_twice_is_the_same_twice((setup, frame) in one_frame::<$machine>()) {
-                    let once = tried(setup.run(std::slice::from_ref(&frame)))?;
-                    let twice = tried(setup.run(&[frame.clone(), frame]))?;
-                    prop_assert_eq!(&twice.images[0], &once.images[0]);
-                    prop_assert_eq!(&twice.images[1], &once.images[0]);
-                    prop_assert_eq!(twice.tally.seed_accesses, 2 * once.tally.seed_accesses);
+                    let frames = [frame.clone(), frame];
+                    setup.judged(&frames, || {
+                        let once = tried(setup.run(&frames[..1]))?;
+                        let twice = tried(setup.run(&frames))?;
+                        prop_assert_eq!(&twice.images[0], &once.images[0]);
+                        prop_assert_eq!(&twice.images[1], &once.images[0]);
+                        prop_assert_eq!(twice.tally.seed_accesses, 2 * once.tally.seed_accesses);
+                        Ok(())
+                    })?;
                 }
 
                 #[test]
@@ -399,7 +482,16 @@ macro_rules! properties {
                         let z = if rgba & 0xff == 0xff { (z + 1).min(Z_FAR) } else { z };
                         with_hidden.insert(at, Fragment { z, rgba, ..model });
                     }
-                    prop_assert_eq!(setup.image(&frame)?, setup.image(&with_hidden)?);
+                    setup.judged(std::slice::from_ref(&with_hidden), || {
+                        prop_assert_eq!(setup.image(&frame)?, setup.image(&with_hidden)?);
+                        Ok(())
+                    })?;
+                }
+
+                /// All that a machine remembers is in the registers that it declares.
+                #[test]
+                fn every_register_is_declared((setup, frame) in one_frame::<$machine>()) {
+                    check_declared(&setup, &frame)?;
                 }
 
             }
@@ -415,7 +507,16 @@ pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Tally
     let arch = Architecture::named(arch).unwrap();
     let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
     let case = Case::new(scene, source, [machine.arithmetic()], &mut progress).unwrap();
-    let trial = case.run(arch.name, &*machine, None, &mut progress).unwrap();
+    let trial = case.run(arch.name, &*machine, None, &mut progress);
+    if trial.as_ref().map_or(true, |trial| !trial.verdict.is_right()) {
+        let windows = DEFAULT_WINDOWS.into_iter().chain([Window::Failure]).collect::<Vec<_>>();
+        let wave = WaveJob::new(&kept_at(), &windows);
+        println!("its waveform: {}", wave.path.display());
+        let place = trial.as_ref().ok().and_then(|trial| trial.verdict.place());
+        let place = place.unwrap_or(Window::Failure);
+        let _ = case.run_again(arch.name, &*machine, &wave, place, &mut progress);
+    }
+    let trial = trial.unwrap();
     let faults = trial.verdict.faults();
     assert!(trial.verdict.is_right(), "{scene}, {}, {preset}: {faults:?}", arch.name);
     trial.report.tally().clone()

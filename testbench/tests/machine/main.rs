@@ -1,5 +1,6 @@
 //! Every machine against the golden model, frame by frame.
 
+mod failures;
 mod frames;
 mod mbuffer;
 mod rbuffer;

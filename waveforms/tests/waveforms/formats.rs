@@ -2,7 +2,8 @@
 //! reader.
 
 use crate::machine::{
-    Dump, LABELS, SIGNALS, dump, dump_cycles, labels, layout, sample, shown_label, stall, values,
+    Dump, LABELS, SIGNALS, dump, dump_cycles, labels, layout, remember, show, shown_label, stall,
+    values,
 };
 use pellucid_sim::{Declare, Kind, Label, Sink};
 use pellucid_waveforms::{FileFormat, Layout, PERIOD_NS, StreamOf};
@@ -200,6 +201,27 @@ fn the_clock_rises_with_each_cycle_and_falls_half_way() {
     assert_eq!(changes["top.clk"], expected.map(|(t, v)| (t, v.to_string())));
 }
 
+/// As in hardware: a model at fault must not make an illegal file.
+#[test]
+fn a_value_that_is_too_wide_loses_its_upper_bits() {
+    let declare = |to: &mut dyn Declare| {
+        to.open("machine");
+        to.signal("flag", 1, Kind::Flag);
+        to.signal("small", 6, Kind::Bits(32));
+        to.close();
+    };
+    for format in FORMATS {
+        let dump = dump(format, Layout::new(vec![], declare), 0, |mut wave| {
+            wave.sample(|to| [2, 9000].into_iter().for_each(|value| to.push(value)));
+            wave.show(0).unwrap();
+            wave.finish(1).unwrap();
+        });
+        let read = Read::new(&dump);
+        assert_eq!(read.value("machine.flag", 0), "0", "{format:?}");
+        assert_eq!(read.value("machine.small", 0), format!("{:06b}", 9000 % 64), "{format:?}");
+    }
+}
+
 #[test]
 fn names_become_legal() {
     let declare = |to: &mut dyn Declare| {
@@ -207,8 +229,9 @@ fn names_become_legal() {
         to.signal("a b.c", 2, Kind::Bits(32));
         to.close();
     };
-    let dump = dump(FileFormat::Vcd, Layout::new(vec![], declare), |mut wave| {
-        wave.cycle(0, |to| to.push(1)).unwrap();
+    let dump = dump(FileFormat::Vcd, Layout::new(vec![], declare), 0, |mut wave| {
+        wave.sample(|to| to.push(1));
+        wave.show(0).unwrap();
         wave.finish(1).unwrap();
     });
     assert!(strict(&dump.text()).contains_key("top.type.a_b_c"));
@@ -219,8 +242,8 @@ fn only_what_is_selected_is_there() {
     let selected = |patterns: &[&str]| {
         let mut layout = layout();
         layout.select(&patterns.iter().map(ToString::to_string).collect::<Vec<_>>()).unwrap();
-        let dump = dump(FileFormat::Vcd, layout, |mut wave| {
-            (0..20).for_each(|cycle| wave.cycle(cycle, sample(cycle)).unwrap());
+        let dump = dump(FileFormat::Vcd, layout, 0, |mut wave| {
+            (0..20).for_each(|cycle| show(&mut wave, cycle));
             wave.finish(20).unwrap();
         });
         let text = dump.text();
@@ -244,6 +267,17 @@ fn only_what_is_selected_is_there() {
         ]
     );
     assert_eq!(selected(&["wires.passed.stall"]), ["wires.passed.stall"]);
+    assert_eq!(
+        selected(&["wires", "!*.label", "!wires.passed.payload"]),
+        [
+            "wires.events.dropped",
+            "wires.passed.ready",
+            "wires.passed.stall",
+            "wires.passed.valid",
+            "wires.phase"
+        ]
+    );
+    assert_eq!(selected(&["!registers", "!*.passed"]), ["wires.events.dropped", "wires.phase"]);
     let error = layout().select(&["wires".into(), "regs.*".into()]).unwrap_err();
     assert_eq!(
         error.to_string(),
@@ -254,9 +288,9 @@ fn only_what_is_selected_is_there() {
 #[test]
 fn remembered_cycles_are_shown_when_they_are_recalled() {
     for format in FORMATS {
-        let dump = dump(format, layout(), |mut wave| {
+        let dump = dump(format, layout(), 50, |mut wave| {
             // 50 cycles are remembered: 150..200, of which 190 and on are wanted.
-            (0..200).for_each(|cycle| wave.remember(cycle, sample(cycle)).unwrap());
+            (0..200).for_each(|cycle| remember(&mut wave, cycle, cycle));
             assert_eq!(wave.last_change(), Some(199));
             assert_eq!(
                 wave.labels(),
@@ -266,7 +300,7 @@ fn remembered_cycles_are_shown_when_they_are_recalled() {
             );
             wave.recall(190, 199).unwrap();
             wave.recall(0, 199).unwrap();
-            (200..300).for_each(|cycle| wave.remember(cycle, sample(cycle)).unwrap());
+            (200..300).for_each(|cycle| remember(&mut wave, cycle, cycle));
             wave.recall(0, 299).unwrap();
             assert_eq!(wave.first(), Some(190));
             wave.finish(300).unwrap();
@@ -288,9 +322,9 @@ fn remembered_cycles_are_shown_when_they_are_recalled() {
 /// Cycles in which nothing changes need no memory: before a stand-still there is what led to it.
 #[test]
 fn a_stand_still_is_one_remembered_cycle() {
-    let dump = dump(FileFormat::Vcd, layout(), |mut wave| {
-        (0..60).for_each(|cycle| wave.remember(cycle, sample(cycle)).unwrap());
-        (60..10_000).for_each(|cycle| wave.remember(cycle, sample(59)).unwrap());
+    let dump = dump(FileFormat::Vcd, layout(), 50, |mut wave| {
+        (0..60).for_each(|cycle| remember(&mut wave, cycle, cycle));
+        (60..10_000).for_each(|cycle| remember(&mut wave, cycle, 59));
         assert_eq!(wave.last_change(), Some(59));
         wave.recall(0, 9_999).unwrap();
         wave.finish(10_000).unwrap();
@@ -307,8 +341,8 @@ fn a_stand_still_is_one_remembered_cycle() {
 fn a_file_without_an_end_is_read_up_to_its_last_flush() {
     for format in FORMATS {
         const CYCLES: u64 = 60_000;
-        let dump = dump(format, layout(), |mut wave| {
-            (0..CYCLES).for_each(|cycle| wave.cycle(cycle, sample(cycle)).unwrap());
+        let dump = dump(format, layout(), 0, |mut wave| {
+            (0..CYCLES).for_each(|cycle| show(&mut wave, cycle));
         });
         let read = Read::new(&dump);
         let last = *read.wave.time_table().last().unwrap() / PERIOD_NS;

@@ -114,6 +114,18 @@ pub fn sample(cycle: u64) -> impl FnOnce(&mut Sampler) {
     }
 }
 
+/// Shows a cycle.
+pub fn show(wave: &mut Wave, cycle: u64) {
+    wave.sample(sample(cycle));
+    wave.show(cycle).unwrap();
+}
+
+/// Remembers a cycle in which everything is as it is in cycle `like`.
+pub fn remember(wave: &mut Wave, cycle: u64, like: u64) {
+    wave.sample(sample(like));
+    wave.remember(cycle).unwrap();
+}
+
 /// A waveform in a folder of its own.
 pub struct Dump {
     folder: TempDir,
@@ -132,23 +144,23 @@ impl Dump {
     }
 }
 
-/// The waveform that `play` writes.
-pub fn dump(format: FileFormat, layout: Layout, play: impl FnOnce(Wave)) -> Dump {
+/// The waveform that `play` writes, with a history of so many cycles.
+pub fn dump(format: FileFormat, layout: Layout, history: usize, play: impl FnOnce(Wave)) -> Dump {
     let dump = Dump { folder: tempfile::tempdir().unwrap(), format };
     let file = File::create(dump.path()).unwrap();
-    play(Wave::new(format, file, layout, 50).unwrap());
+    play(Wave::new(format, file, layout, history).unwrap());
     dump
 }
 
 /// The waveform of some cycles, with gaps between those that do not follow each other.
 pub fn dump_cycles(format: FileFormat, cycles: impl IntoIterator<Item = u64>) -> Dump {
-    dump(format, layout(), |mut wave| {
+    dump(format, layout(), 0, |mut wave| {
         let mut next = None;
         for cycle in cycles {
             if let Some(next) = next.filter(|next| cycle > *next) {
                 wave.gap(next).unwrap();
             }
-            wave.cycle(cycle, sample(cycle)).unwrap();
+            show(&mut wave, cycle);
             next = Some(cycle + 1);
         }
         wave.finish(next.unwrap_or(0)).unwrap();
