@@ -50,14 +50,13 @@ fn mbuffer(screen: Screen, preset: &str) -> Bench<MBuffer<FreeList>> {
 }
 
 /// One frame through a new machine; the cycles that it took.
-fn cycles<M: Machine>(mut bench: Bench<M>, frame: &[Fragment], wave: Option<&Path>) -> u64
+fn cycles<M: Machine>(mut bench: Bench<M>, frame: &[Fragment], wave: Option<&WaveJob>) -> u64
 where
     M::State: Signals<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
-    if let Some(path) = wave {
-        let all = Window::Cycles { from: 0, to: u64::MAX };
-        bench.record(&WaveJob::new(path, &[all]), "machine").unwrap();
+    if let Some(wave) = wave {
+        bench.record(wave, "machine").unwrap();
     }
     for fragment in frame {
         bench.send(Marked::item(*fragment)).unwrap();
@@ -71,7 +70,7 @@ fn bench_cycles<M: Machine>(
     bencher: Bencher,
     scene: &str,
     machine: impl Fn(Screen) -> Bench<M>,
-    wave: Option<&Path>,
+    wave: Option<&WaveJob>,
 ) where
     M::State: Signals<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
@@ -115,11 +114,22 @@ fn cycles_untraced_mbuffer_memory(bencher: Bencher, scene: &str) {
     bench_cycles(bencher, scene, |screen| mbuffer(screen, "memory"), None);
 }
 
+/// With a waveform of these cycles.
+fn bench_traced(bencher: Bencher, scene: &str, window: Window) {
+    let folder = tempfile::tempdir().unwrap();
+    let wave = WaveJob::new(&folder.path().join("wave.vcd"), &[window]);
+    bench_cycles(bencher, scene, |screen| tbuffer(screen, "fast"), Some(&wave));
+}
+
 #[divan::bench(args = ["paper-480"], sample_count = 3)]
 fn cycles_traced(bencher: Bencher, scene: &str) {
-    let folder = tempfile::tempdir().unwrap();
-    let wave = folder.path().join("wave.vcd");
-    bench_cycles(bencher, scene, |screen| tbuffer(screen, "fast"), Some(&wave));
+    bench_traced(bencher, scene, Window::Cycles { from: 0, to: u64::MAX });
+}
+
+/// Nearly all of it is outside of the window: as fast as `cycles_untraced`.
+#[divan::bench(args = ["paper-480"], sample_count = 10)]
+fn cycles_outside_a_window(bencher: Bencher, scene: &str) {
+    bench_traced(bencher, scene, Window::Cycles { from: 0, to: 10 });
 }
 
 fn play(scene: &Scene) -> u64 {

@@ -230,7 +230,9 @@ where
             // A frame's first fragment comes in while the machine still is idle.
             let first = ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
             let phase = if first { Phase::Store } else { ports.phase };
-            show(wave, at - zero, phase, cycle)?;
+            if !wave.is_quiet(at - zero, phase) {
+                show(wave, at - zero, phase, cycle)?;
+            }
         }
         observed?;
         fits.map_err(|overflow| Fault::overflow(at, overflow))?;

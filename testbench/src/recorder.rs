@@ -133,6 +133,8 @@ pub(crate) struct Recorder {
     watches: Vec<Watch>,
     /// Cycles are remembered before it is known whether they are shown.
     remembers: bool,
+    /// As long as the phase is this one, nothing is shown before this cycle.
+    quiet: (Phase, u64),
     markers: Vec<Marker>,
     memories: Vec<Shown>,
 }
@@ -261,9 +263,16 @@ impl Recorder {
             job: job.clone(),
             watches,
             remembers: history > 0,
+            quiet: (Phase::Clear, 0),
             markers: vec![],
             memories: shown,
         })
+    }
+
+    /// Whether a cycle need not even be looked at. Most of a long run is like that.
+    #[inline(always)]
+    pub(crate) fn is_quiet(&self, time: u64, phase: Phase) -> bool {
+        time < self.quiet.1 && phase == self.quiet.0
     }
 
     /// Whether words of memories are shown: then [`Recorder::peek`] is to be called before each cycle.
@@ -313,6 +322,8 @@ impl Recorder {
         };
         let shown = !*remembers && look(wave).is_some();
         if !*remembers && !shown {
+            let quiet = self.watches.iter().map(|watch| watch.quiet_until(time)).min();
+            self.quiet = (phase, quiet.unwrap_or(u64::MAX));
             return wave.gap(time);
         }
         wave.sample(|to| {

@@ -69,6 +69,15 @@ impl Watch {
         }
     }
 
+    /// The first cycle after `time`, which is not shown, that may be: as long as the phase stays the same.
+    pub(crate) fn quiet_until(&self, time: u64) -> u64 {
+        match self.window {
+            Window::Cycles { from, .. } if time < from => from,
+            Window::Cycles { .. } | Window::Start { .. } => u64::MAX,
+            _ => time,
+        }
+    }
+
     /// From which cycle on the waveform is shown, if cycle `time` is, in which the machine is at `phase`.
     /// Asked once a cycle. Names of points go to `markers`.
     pub(crate) fn look(

@@ -8,15 +8,14 @@
 
 use crate::layout::{Form, Layout};
 use crate::vcd::{CYCLE_BITS, DIGITS};
-use crate::wave::{Format, Now, PERIOD_NS, Whole};
+use crate::wave::{Cycle, Format, PERIOD_NS};
 use fst_writer::{
     FstBodyWriter, FstFileType, FstHeaderWriter, FstInfo, FstScopeType, FstSignalId, FstSignalType,
     FstVarDirection, FstVarType, FstWriteError,
 };
 use pellucid_sim::Label;
-use std::cell::RefCell;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How many bytes of changes are gathered for a block, about. The first blocks are smaller, so that there
 /// soon is one: each is twice as large as the one before.
@@ -26,20 +25,27 @@ const FIRST_BLOCK: usize = 64 << 10;
 pub(crate) const LABEL_CHARS: usize = 24;
 
 /// A writer that the crate writes to and that is flushed here after each block.
-struct Shared<W: Write>(Rc<RefCell<BufWriter<W>>>);
+struct Shared<W: Write>(Arc<Mutex<BufWriter<W>>>);
+
+impl<W: Write> Shared<W> {
+    fn with<T>(&self, act: impl FnOnce(&mut BufWriter<W>) -> T) -> T {
+        // One thread alone has it.
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
 
 impl<W: Write> Write for Shared<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.borrow_mut().write(bytes)
+        self.with(|out| out.write(bytes))
     }
     fn flush(&mut self) -> io::Result<()> {
-        self.0.borrow_mut().flush()
+        self.with(BufWriter::flush)
     }
 }
 
 impl<W: Write + Seek> Seek for Shared<W> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        self.0.borrow_mut().seek(to)
+        self.with(|out| out.seek(to))
     }
 }
 
@@ -52,8 +58,9 @@ struct Var {
 
 /// An FST file under way.
 pub(crate) struct Fst<W: Write + Seek> {
-    out: Rc<RefCell<BufWriter<W>>>,
-    body: FstBodyWriter<Shared<W>>,
+    out: Shared<W>,
+    /// Nothing once the file has ended.
+    body: Option<FstBodyWriter<Shared<W>>>,
     clock: Var,
     cycle: Var,
     /// For each value its variable, if it is shown.
@@ -79,7 +86,7 @@ impl<W: Write + Seek> Fst<W> {
     }
 
     fn begin(out: W, layout: &Layout) -> fst_writer::Result<Fst<W>> {
-        let out = Rc::new(RefCell::new(BufWriter::new(out)));
+        let out = Arc::new(Mutex::new(BufWriter::new(out)));
         let info = FstInfo {
             start_time: 0,
             timescale_exponent: -9,
@@ -125,23 +132,29 @@ impl<W: Write + Seek> Fst<W> {
             header.up_scope()?;
         }
         let body = header.finish()?;
-        out.borrow_mut().flush()?;
-        Ok(Fst { out, body, clock, cycle, values, labels, block: FIRST_BLOCK })
+        let out = Shared(out);
+        out.with(BufWriter::flush)?;
+        Ok(Fst { out, body: Some(body), clock, cycle, values, labels, block: FIRST_BLOCK })
+    }
+
+    fn body(&mut self) -> fst_writer::Result<&mut FstBodyWriter<Shared<W>>> {
+        let ended = || io::Error::other("the file has ended").into();
+        self.body.as_mut().ok_or_else(ended)
     }
 
     /// Writes what is gathered. A new time must follow: the crate takes no change between.
     fn write_block(&mut self) -> fst_writer::Result<()> {
-        self.body.flush()?;
-        Ok(self.out.borrow_mut().flush()?)
+        self.body()?.flush()?;
+        Ok(self.out.with(BufWriter::flush)?)
     }
 
     /// Goes on to a time, and writes a block before if enough is gathered.
     fn turn_to(&mut self, time: u64) -> fst_writer::Result<()> {
-        if self.body.size() > self.block {
+        if self.body()?.size() > self.block {
             self.write_block()?;
             self.block = (2 * self.block).min(BLOCK);
         }
-        self.body.time_change(time)
+        self.body()?.time_change(time)
     }
 
     fn change(&mut self, var: Var, value: u64) -> fst_writer::Result<()> {
@@ -149,68 +162,76 @@ impl<W: Write + Seek> Fst<W> {
         for (digits, byte) in digits.iter_mut().zip(value.to_be_bytes()) {
             *digits = DIGITS[usize::from(byte)];
         }
-        self.body.signal_change(var.id, &digits.as_flattened()[64 - var.chars..])
+        self.body()?.signal_change(var.id, &digits.as_flattened()[64 - var.chars..])
     }
 
     fn relabel(&mut self, var: Var, label: Label) -> fst_writer::Result<()> {
         if label == Label::NONE {
-            return self.body.signal_change(var.id, &[b'z'; 8 * LABEL_CHARS]);
+            return self.body()?.signal_change(var.id, &[b'z'; 8 * LABEL_CHARS]);
         }
         let mut digits = [[b'0'; 8]; LABEL_CHARS];
         let text = label.to_string();
         for (digits, byte) in digits[LABEL_CHARS - text.len()..].iter_mut().zip(text.bytes()) {
             *digits = DIGITS[usize::from(byte)];
         }
-        self.body.signal_change(var.id, digits.as_flattened())
+        self.body()?.signal_change(var.id, digits.as_flattened())
     }
 
-    fn show(&mut self, cycle: u64, now: &Now) -> fst_writer::Result<()> {
+    fn show(&mut self, now: &Cycle) -> fst_writer::Result<()> {
+        let Cycle { cycle, changed, relabelled, .. } = *now;
         self.turn_to(cycle * PERIOD_NS)?;
         self.change(self.clock, 1)?;
         self.change(self.cycle, cycle)?;
-        for at in now.changed {
+        for (at, value) in changed {
             if let Some(var) = self.values[*at as usize] {
-                self.change(var, now.values[*at as usize])?;
+                self.change(var, *value)?;
             }
         }
-        for at in now.relabelled {
+        for (at, label) in relabelled {
             if let Some(var) = self.labels[*at as usize] {
-                self.relabel(var, now.labels[*at as usize])?;
+                self.relabel(var, *label)?;
             }
         }
-        self.body.time_change(cycle * PERIOD_NS + PERIOD_NS / 2)?;
+        self.body()?.time_change(cycle * PERIOD_NS + PERIOD_NS / 2)?;
         self.change(self.clock, 0)
     }
 
     fn hide(&mut self, cycle: u64) -> fst_writer::Result<()> {
         self.turn_to(cycle * PERIOD_NS)?;
-        for var in self.values.iter().flatten().chain([&self.clock, &self.cycle]) {
-            self.body.signal_change(var.id, &[b'x'; 64][..var.chars])?;
-        }
-        for at in 0..self.labels.len() {
-            if let Some(var) = self.labels[at] {
-                self.relabel(var, Label::NONE)?;
+        let Fst { body, values, labels, clock, cycle, .. } = self;
+        if let Some(body) = body {
+            for var in values.iter().flatten().chain([&*clock, &*cycle]) {
+                body.signal_change(var.id, &[b'x'; 64][..var.chars])?;
+            }
+            for var in labels.iter().flatten() {
+                body.signal_change(var.id, &[b'z'; 8 * LABEL_CHARS])?;
             }
         }
         // A window is complete: it is worth keeping.
         self.write_block()
     }
+
+    fn end(&mut self, cycle: Option<u64>) -> fst_writer::Result<()> {
+        if let Some(cycle) = cycle {
+            self.body()?.time_change(cycle * PERIOD_NS)?;
+        }
+        if let Some(body) = self.body.take() {
+            body.finish()?;
+        }
+        Ok(self.out.with(BufWriter::flush)?)
+    }
 }
 
-impl<W: Write + Seek> Format for Fst<W> {
-    fn cycle(&mut self, cycle: u64, _: Whole, now: &Now) -> io::Result<()> {
-        self.show(cycle, now).map_err(plain)
+impl<W: Write + Seek + Send> Format for Fst<W> {
+    fn cycle(&mut self, now: &Cycle) -> io::Result<()> {
+        self.show(now).map_err(plain)
     }
 
     fn gap(&mut self, cycle: u64) -> io::Result<()> {
         self.hide(cycle).map_err(plain)
     }
 
-    fn finish(mut self: Box<Self>, cycle: Option<u64>) -> io::Result<()> {
-        if let Some(cycle) = cycle {
-            self.body.time_change(cycle * PERIOD_NS).map_err(plain)?;
-        }
-        let mut shared = self.body.finish().map_err(plain)?;
-        shared.flush()
+    fn finish(&mut self, cycle: Option<u64>) -> io::Result<()> {
+        self.end(cycle).map_err(plain)
     }
 }

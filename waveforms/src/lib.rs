@@ -11,6 +11,7 @@ mod surfer;
 mod vcd;
 mod view;
 mod wave;
+mod worker;
 
 pub use layout::{Layout, NoSignal, StreamOf};
 pub use view::{Marker, View, ViewFile};

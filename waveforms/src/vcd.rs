@@ -11,7 +11,7 @@
 //! overwrites what is too much.
 
 use crate::layout::{Form, Layout};
-use crate::wave::{Format, Now, PERIOD_NS, Whole};
+use crate::wave::{Cycle, Format, PERIOD_NS, Whole};
 use pellucid_sim::{Kind, Label, States};
 use std::io::{self, Write};
 use vcd::{IdCode, ReferenceIndex, ScopeType, TimescaleUnit, VarType};
@@ -213,8 +213,9 @@ impl<W: Write> Vcd<W> {
     }
 }
 
-impl<W: Write> Format for Vcd<W> {
-    fn cycle(&mut self, cycle: u64, whole: Whole, now: &Now) -> io::Result<()> {
+impl<W: Write + Send> Format for Vcd<W> {
+    fn cycle(&mut self, now: &Cycle) -> io::Result<()> {
+        let Cycle { cycle, whole, changed, relabelled } = *now;
         let text = &mut self.text;
         text.add_time(cycle * PERIOD_NS);
         match whole {
@@ -224,14 +225,14 @@ impl<W: Write> Format for Vcd<W> {
         }
         self.clock.digit(b'1', text);
         self.cycle.change(cycle, text);
-        for at in now.changed {
+        for (at, value) in changed {
             if let Some(var) = &self.values[*at as usize] {
-                var.change(now.values[*at as usize], text);
+                var.change(*value, text);
             }
         }
-        for at in now.relabelled {
+        for (at, label) in relabelled {
             if let Some(var) = &self.labels[*at as usize] {
-                var.relabel(now.labels[*at as usize], text);
+                var.relabel(*label, text);
             }
         }
         if whole != Whole::No {
@@ -255,7 +256,7 @@ impl<W: Write> Format for Vcd<W> {
         self.hand_on(0)
     }
 
-    fn finish(mut self: Box<Self>, cycle: Option<u64>) -> io::Result<()> {
+    fn finish(&mut self, cycle: Option<u64>) -> io::Result<()> {
         if let Some(cycle) = cycle {
             self.text.add_time(cycle * PERIOD_NS);
         }

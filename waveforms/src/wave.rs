@@ -3,6 +3,7 @@
 use crate::fst::Fst;
 use crate::layout::Layout;
 use crate::vcd::Vcd;
+use crate::worker::Worker;
 use pellucid_sim::{Label, Sink};
 use std::collections::VecDeque;
 use std::io::{self, Seek, Write};
@@ -30,16 +31,16 @@ impl FileFormat {
     }
 }
 
-/// One cycle's values and labels, and which of them changed.
-pub(crate) struct Now<'a> {
-    /// Every value, by its number.
-    pub(crate) values: &'a [u64],
-    /// The numbers of those to be shown anew.
-    pub(crate) changed: &'a [u32],
-    /// Every label as it is to be shown.
-    pub(crate) labels: &'a [Label],
-    /// The numbers of those to be shown anew.
-    pub(crate) relabelled: &'a [u32],
+/// What a file is told of a cycle.
+pub(crate) struct Cycle<'a> {
+    /// Its number.
+    pub(crate) cycle: u64,
+    /// Whether all is shown.
+    pub(crate) whole: Whole,
+    /// Values to be shown anew, by their numbers.
+    pub(crate) changed: &'a [(u32, u64)],
+    /// Labels to be shown anew, by their numbers.
+    pub(crate) relabelled: &'a [(u32, Label)],
 }
 
 /// Why all values are shown, whether they changed or not.
@@ -54,13 +55,13 @@ pub(crate) enum Whole {
 }
 
 /// A file format. Cycles come in rising order.
-pub(crate) trait Format {
+pub(crate) trait Format: Send {
     /// Shows a cycle.
-    fn cycle(&mut self, cycle: u64, whole: Whole, now: &Now) -> io::Result<()>;
+    fn cycle(&mut self, now: &Cycle) -> io::Result<()>;
     /// From `cycle` on nothing is known.
     fn gap(&mut self, cycle: u64) -> io::Result<()>;
-    /// Ends the file, and the last cycle where one is shown.
-    fn finish(self: Box<Self>, cycle: Option<u64>) -> io::Result<()>;
+    /// Ends the file, and the last cycle where one is shown. Nothing follows.
+    fn finish(&mut self, cycle: Option<u64>) -> io::Result<()>;
 }
 
 /// One cycle's values and labels.
@@ -76,15 +77,14 @@ impl Snapshot {
         Snapshot { values: vec![0; values], labels: vec![Label::NONE; labels] }
     }
 
-    /// Samples a cycle over the values that are here. The numbers of those that change go to `changed`.
+    /// Samples a cycle over the values that are here. Those that change go to `changed`.
     #[inline(always)]
     fn sample(
         &mut self,
         layout: &Layout,
-        changed: &mut Changed,
+        changed: &mut Vec<(u32, u64)>,
         sample: impl FnOnce(&mut Sampler),
     ) {
-        changed.len = 0;
         let Snapshot { values, labels } = self;
         let mut sampler = Sampler { values, labels, changed, at: 0, label_at: 0 };
         sample(&mut sampler);
@@ -94,13 +94,13 @@ impl Snapshot {
     }
 
     /// Stalls, and labels of stages that hold something.
-    fn derive(&mut self, layout: &Layout, changed: &mut Changed) {
+    fn derive(&mut self, layout: &Layout, changed: &mut Vec<(u32, u64)>) {
         let Snapshot { values, labels } = self;
         for (at, stall) in (layout.sampled..).zip(&layout.stalls) {
             let value = values[stall.valid] & !values[stall.ready] & 1;
             if values[at] != value {
                 values[at] = value;
-                changed.add(at);
+                changed.push((at as u32, value));
             }
         }
         for (label, gate) in labels.iter_mut().zip(&layout.gates) {
@@ -111,25 +111,11 @@ impl Snapshot {
     }
 }
 
-/// Numbers of values that changed: as many as there are at most.
-struct Changed {
-    list: Box<[u32]>,
-    len: usize,
-}
-
-impl Changed {
-    #[inline(always)]
-    fn add(&mut self, at: usize) {
-        self.list[self.len] = at as u32;
-        self.len += 1;
-    }
-}
-
 /// Takes a cycle's values.
 pub struct Sampler<'a> {
     values: &'a mut [u64],
     labels: &'a mut [Label],
-    changed: &'a mut Changed,
+    changed: &'a mut Vec<(u32, u64)>,
     /// Which value is next.
     at: usize,
     /// Which label is next.
@@ -155,7 +141,7 @@ impl Sampler<'_> {
     #[inline(never)]
     fn change(&mut self, value: u64) {
         self.values[self.at] = value;
-        self.changed.add(self.at);
+        self.changed.push((self.at as u32, value));
     }
 }
 
@@ -173,14 +159,11 @@ struct History {
 /// A cycle is sampled, then shown or passed over. With a history it can also be remembered and shown later.
 pub struct Wave {
     layout: Layout,
-    format: Box<dyn Format>,
+    worker: Worker,
     /// The cycle that was sampled last.
     now: Snapshot,
-    /// What changed in it.
-    changed: Changed,
     /// Labels as they were shown last.
     labels: Vec<Label>,
-    relabelled: Vec<u32>,
     state: Showing,
     /// The first and the last cycle that were shown.
     first: Option<u64>,
@@ -205,7 +188,7 @@ impl Wave {
     /// Those of `out`.
     pub fn new(
         format: FileFormat,
-        out: impl Write + Seek + 'static,
+        out: impl Write + Seek + Send + 'static,
         layout: Layout,
         history: usize,
     ) -> io::Result<Wave> {
@@ -215,15 +198,13 @@ impl Wave {
         };
         let now = Snapshot::new(&layout);
         Ok(Wave {
+            worker: Worker::new(format)?,
             labels: now.labels.clone(),
-            changed: Changed { list: vec![0; layout.values()].into(), len: 0 },
-            relabelled: vec![],
             state: Showing::NotYet,
             first: None,
             last: 0,
             history: History { most: history, cycles: VecDeque::new(), shown: now.values.clone() },
             now,
-            format,
             layout,
         })
     }
@@ -241,21 +222,22 @@ impl Wave {
     /// Samples a cycle: `sample` tells every signal's value and every label, in the order of the declarations.
     #[inline(always)]
     pub fn sample(&mut self, sample: impl FnOnce(&mut Sampler)) {
-        self.now.sample(&self.layout, &mut self.changed, sample);
+        let Wave { layout, worker, now, .. } = self;
+        worker.batch.forget();
+        now.sample(layout, &mut worker.batch.changed, sample);
     }
 
     /// Shows the cycle that was sampled. Cycles must rise.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// Those of the writer, which may come a few cycles late.
     pub fn show(&mut self, cycle: u64) -> io::Result<()> {
         if self.history.most > 0 {
             self.remember(cycle)?;
             return self.recall(cycle, cycle);
         }
-        let Wave { format, now, changed, labels, relabelled, state, .. } = self;
-        let mut output = Output { format: &mut **format, labels, relabelled, state };
-        output.cycle(cycle, now, changed)?;
+        let Wave { worker, now, labels, state, .. } = self;
+        show(worker, labels, state, cycle, now)?;
         self.shown(cycle);
         Ok(())
     }
@@ -272,7 +254,7 @@ impl Wave {
     pub fn gap(&mut self, cycle: u64) -> io::Result<()> {
         if self.state == Showing::Now {
             self.state = Showing::Gap;
-            self.format.gap(cycle)?;
+            self.worker.gap(cycle)?;
         }
         Ok(())
     }
@@ -283,8 +265,8 @@ impl Wave {
     /// # Errors
     /// Those of the writer.
     pub fn remember(&mut self, cycle: u64) -> io::Result<()> {
-        let Wave { now, changed, history, .. } = self;
-        let still = changed.len == 0;
+        let Wave { worker, now, history, .. } = self;
+        let still = !worker.batch.has_changes();
         if still && history.cycles.back().is_some_and(|(_, last)| last.labels == now.labels) {
             return Ok(());
         }
@@ -334,20 +316,16 @@ impl Wave {
             if self.state == Showing::Now && cycle > self.last + 1 {
                 self.gap(self.last + 1)?;
             }
-            let Wave { format, changed, labels, relabelled, state, history, .. } = self;
-            let mut output = Output { format: &mut **format, labels, relabelled, state };
-            changed.len = 0;
-            for (at, (new, old)) in snapshot.values.iter().zip(&mut history.shown).enumerate() {
-                if new != old {
-                    *old = *new;
-                    changed.add(at);
-                }
+            let Wave { worker, labels, state, history, .. } = self;
+            worker.batch.forget();
+            let pairs = snapshot.values.iter().zip(&mut history.shown);
+            for (at, (new, old)) in (0..).zip(pairs).filter(|(_, (new, old))| *new != *old) {
+                *old = *new;
+                worker.batch.changed.push((at, *new));
             }
-            output.cycle(cycle, &snapshot, changed)?;
-            changed.len = 0;
             let until = next.min(cycle + STILL);
-            for still in cycle + 1..until {
-                output.cycle(still, &snapshot, changed)?;
+            for cycle in cycle..until {
+                show(worker, labels, state, cycle, &snapshot)?;
             }
             self.shown(cycle);
             self.last = until - 1;
@@ -364,46 +342,34 @@ impl Wave {
             self.gap(first)?;
         }
         let shown = self.state == Showing::Now;
-        self.format.finish(shown.then_some(cycle))
+        self.worker.finish(shown.then_some(cycle))
     }
 }
 
-/// Where cycles go.
-struct Output<'a> {
-    format: &'a mut dyn Format,
-    /// Labels as they were shown last.
-    labels: &'a mut [Label],
-    relabelled: &'a mut Vec<u32>,
-    state: &'a mut Showing,
-}
-
-impl Output<'_> {
-    /// Shows a cycle of which `changed` is known.
-    fn cycle(&mut self, cycle: u64, now: &Snapshot, changed: &mut Changed) -> io::Result<()> {
-        let whole = match self.state {
-            Showing::NotYet => Whole::First,
-            Showing::Gap => Whole::AfterGap,
-            Showing::Now => Whole::No,
-        };
-        self.relabelled.clear();
-        for (k, (new, old)) in (0..).zip(now.labels.iter().zip(&mut *self.labels)) {
-            if new != old || whole != Whole::No {
-                *old = *new;
-                self.relabelled.push(k);
-            }
+/// Shows a cycle whose changed values are gathered.
+fn show(
+    worker: &mut Worker,
+    labels: &mut [Label],
+    state: &mut Showing,
+    cycle: u64,
+    now: &Snapshot,
+) -> io::Result<()> {
+    let whole = match state {
+        Showing::NotYet => Whole::First,
+        Showing::Gap => Whole::AfterGap,
+        Showing::Now => Whole::No,
+    };
+    let batch = &mut worker.batch;
+    for (k, (new, old)) in (0..).zip(now.labels.iter().zip(labels)) {
+        if new != old || whole != Whole::No {
+            *old = *new;
+            batch.relabelled.push((k, *new));
         }
-        if whole != Whole::No {
-            changed.len = 0;
-            (0..now.values.len()).for_each(|at| changed.add(at));
-        }
-        let now = Now {
-            values: &now.values,
-            changed: &changed.list[..changed.len],
-            labels: &now.labels,
-            relabelled: self.relabelled,
-        };
-        self.format.cycle(cycle, whole, &now)?;
-        *self.state = Showing::Now;
-        Ok(())
     }
+    if whole != Whole::No {
+        batch.forget_values();
+        batch.changed.extend((0..).zip(now.values.iter().copied()));
+    }
+    *state = Showing::Now;
+    worker.cycle(cycle, whole)
 }

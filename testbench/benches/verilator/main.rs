@@ -167,21 +167,17 @@ fn compare(what: &str, rounds: usize, players: &mut [Player]) {
     }
 }
 
-/// A player of the Rust simulation, which writes a waveform in a format, of all signals or of those that
-/// patterns leave.
-fn rust<'a>(
-    name: &'static str,
-    folder: &Path,
-    frame: &'a Frame,
-    wave: Option<(FileFormat, &[&str])>,
-) -> Player<'a> {
+/// A waveform of so many cycles in a format, of all signals or of those that patterns leave.
+fn wave(folder: &Path, format: FileFormat, cycles: u64, scopes: &[&str]) -> Option<WaveJob> {
+    let path = folder.join("rust").with_extension(format.extension());
+    let window = Window::Cycles { from: 0, to: cycles };
+    let scopes = scopes.iter().map(ToString::to_string).collect();
+    Some(WaveJob { format, scopes, ..WaveJob::new(&path, &[window]) })
+}
+
+/// A player of the Rust simulation.
+fn rust<'a>(name: &'static str, frame: &'a Frame, job: Option<WaveJob>) -> Player<'a> {
     let mut bench = Bench::<Machine>::new(Config::new(frame.screen, Params::default()).unwrap());
-    let job = wave.map(|(format, scopes)| {
-        let path = folder.join("rust").with_extension(format.extension());
-        let all = Window::Cycles { from: 0, to: u64::MAX };
-        let scopes = scopes.iter().map(ToString::to_string).collect();
-        WaveJob { format, scopes, ..WaveJob::new(&path, &[all]) }
-    });
     Player {
         name,
         wave: job.as_ref().map(|job| job.path.clone()),
@@ -253,19 +249,27 @@ fn main() {
         write(folder.path(), &modules, &[]).unwrap();
         let (folder, frame) = (folder.path(), &frame);
         let build = |name, trace| verilator(name, folder, &modules, trace, frame);
-        let mut players = [rust("Rust", folder, frame, None), build("Verilator", Trace::Off)];
+        let (vcd, fst) = (FileFormat::Vcd, FileFormat::Fst);
+        let outside = wave(folder, vcd, 10, &[]);
+        let mut players = [
+            rust("Rust", frame, None),
+            rust("Rust, outside of a window", frame, outside),
+            build("Verilator", Trace::Off),
+        ];
         compare("no waveform", ROUNDS, &mut players);
 
-        let [_, untraced] = players;
+        let [_, _, untraced] = players;
         // What only our waveforms have.
         let same = ["!*.label", "!*.stall"];
-        let (vcd, fst) = (FileFormat::Vcd, FileFormat::Fst);
         let after = |without, player| Player { without: Some(without), ..player };
         let mut players = [
-            rust("Rust", folder, frame, None),
-            after(0, rust("Rust, VCD", folder, frame, Some((vcd, &same)))),
-            after(0, rust("Rust, VCD with labels and stalls", folder, frame, Some((vcd, &[])))),
-            after(0, rust("Rust, FST", folder, frame, Some((fst, &same)))),
+            rust("Rust", frame, None),
+            after(0, rust("Rust, VCD", frame, wave(folder, vcd, u64::MAX, &same))),
+            after(
+                0,
+                rust("Rust, VCD with labels and stalls", frame, wave(folder, vcd, u64::MAX, &[])),
+            ),
+            after(0, rust("Rust, FST", frame, wave(folder, fst, u64::MAX, &same))),
             bare("Rust without its bench", folder, frame, false),
             after(4, bare("Rust without its bench, crate vcd", folder, frame, true)),
             untraced,
@@ -274,7 +278,7 @@ fn main() {
         compare("waveforms of the same signals", TRACED_ROUNDS, &mut players);
 
         let mut players = [
-            rust("Rust, VCD", folder, frame, Some((vcd, &[]))),
+            rust("Rust, VCD", frame, wave(folder, vcd, u64::MAX, &[])),
             build("Verilator, VCD", Trace::All),
         ];
         compare("waveforms as either writes them by itself", TRACED_ROUNDS, &mut players);
