@@ -1,14 +1,26 @@
 #!/usr/bin/env bash
-# Makes docs/src/gtkwave.png: GTKWave as it opens a run of the scene `glass`. Needs GTKWave, Xvfb and ImageMagick.
+# Makes docs/src/gtkwave.png, GTKWave as it opens a run of the scene `glass`, and docs/src/overflow.png, the run of the
+# chapter on reading waveforms. Needs GTKWave, Xvfb and ImageMagick.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-cargo run --release --quiet -- run --width 64 --height 48 --wave 0..400 --quiet --out "$folder"
-export folder
-xvfb-run -a -s "-screen 0 1600x1000x24" bash -c '
-    gtkwave "$folder/wave.gtkw" >/dev/null 2>&1 &
-    sleep 5
-    # Without the title, the tools and the list of scopes.
-    import -window root -crop 1370x860+229+100 +repage -depth 8 -colors 64 docs/src/gtkwave.png
-    kill %1'
+
+# shot PICTURE WIDTHxHEIGHT ARGUMENT...: a run with these arguments, without the title, the tools and the list of scopes.
+shot() {
+    picture=$1 crop=$2
+    shift 2
+    cargo run --release --quiet -- run "$@" --quiet --out "$folder"
+    export folder picture crop
+    xvfb-run -a -s "-screen 0 1600x1000x24" bash -c '
+        gtkwave "$folder/wave.gtkw" >/dev/null 2>&1 &
+        sleep 5
+        import -window root -crop "$crop+229+100" +repage -depth 8 -colors 64 "$picture"
+        kill %1'
+}
+
+shot docs/src/gtkwave.png 1370x860 --width 64 --height 48 --wave 0..400
+shot docs/src/overflow.png 1370x860 --scene docs/src/overflow.csv \
+    -p section_capacity=2 -p sections=8 -p outside_sections=0 -p sorter_depth=4 --follow-pixel 1,0 \
+    --wave-memory chains.ssa.table:1..2,chains.nsa.table:0..1 \
+    --wave-scope 'wires.phase,*.label,wires.chains.grant,*.section_taken,*.stored,*.blended,memories'

@@ -160,13 +160,12 @@ impl<'a> List<'a> {
     pub(crate) fn new(layout: &'a Layout) -> List<'a> {
         let streams = &layout.streams;
         let mut list = List { lines: vec![], tables: vec![] };
-        let shown = || layout.entries.iter().filter(|entry| entry.shown);
         let part = |name: &'static str| {
-            shown().filter(move |e| e.scopes.get(1).is_some_and(|scope| scope == name))
+            let entries = layout.entries.iter();
+            entries.filter(move |e| e.scopes.get(1).is_some_and(|scope| scope == name))
         };
-        let registers: Vec<&Entry> = part("registers").collect();
-        let wires: Vec<&Entry> = part("wires").collect();
-        let memories: Vec<&Entry> = part("memories").collect();
+        let shown = |name| part(name).filter(|entry| entry.shown).collect::<Vec<&Entry>>();
+        let (registers, wires, memories) = (shown("registers"), shown("wires"), shown("memories"));
 
         // A block is a part of the machine, or a part of one that receives a stream.
         let is_block = |name: &str| streams.iter().any(|stream| stream.to == name);
@@ -176,7 +175,7 @@ impl<'a> List<'a> {
             below.iter().take(deepest + 1).cloned().collect::<Vec<_>>().join(".")
         };
         let mut blocks: Vec<String> = vec![];
-        for entry in &registers {
+        for entry in part("registers") {
             let block = block_of(&entry.scopes);
             if !block.is_empty() && !blocks.contains(&block) {
                 blocks.push(block);
@@ -185,7 +184,7 @@ impl<'a> List<'a> {
 
         // A stream is a scope with `valid` and `ready`; all below it is its payload.
         let with = |name: &str, scopes: &[String]| {
-            wires.iter().any(|e| e.name == name && e.scopes == scopes)
+            part("wires").any(|e| e.name == name && e.scopes == scopes)
         };
         let stream_of = |entry: &Entry| {
             let is_stream = |len: &usize| {
@@ -210,8 +209,11 @@ impl<'a> List<'a> {
         let show_wires = |list: &mut List<'a>, of: Option<&String>| {
             let mine: Vec<&Entry> = wires.iter().copied().filter(|e| home(e) == of).collect();
             for group in mine.chunk_by(|a, b| group_of(a) == group_of(b)) {
+                // A label alone is named after its stream and needs no group around it.
+                let label = group.len() == 1 && matches!(group[0].form, Form::Label { .. });
                 match &group_of(group[0])[..] {
                     "" => list.signals(group, layout),
+                    _ if label => list.signals(group, layout),
                     name => list.group(name, false, group, layout),
                 }
             }

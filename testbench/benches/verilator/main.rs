@@ -1,8 +1,9 @@
 //! How fast the simulation is beside Verilator: `cargo bench --bench verilator -- [SCENE]...`.
 //!
 //! The exported T-buffer is built with Verilator and plays the same frame as the Rust simulation, from
-//! reset to the last pixel shown, on one thread each and in turns, so that a busy machine slows both.
-//! Cycles and images must agree. The first round warms up and is not counted.
+//! reset to the last pixel shown, in turns, so that a busy machine slows both. Each runs on one thread; a
+//! second one writes the waveform of the Rust simulation. Cycles and images must agree. The first round warms
+//! up and is not counted.
 //!
 //! Waveforms are compared twice. *Same signals*: Verilator dumps what the Rust simulation dumps, the
 //! clock, the registers of every block and the machine's outputs; so does crate `vcd` alone. What writing

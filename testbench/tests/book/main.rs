@@ -4,6 +4,7 @@
 //! fails and says how to bring it up to date.
 
 mod page;
+mod reading;
 mod timing;
 
 use page::{documented, holds, link_targets, root, text_of};
@@ -126,6 +127,45 @@ fn the_timing_diagrams_are_those_of_the_model() {
     let walk = timing::run(Append::Walk, Scan::Linear);
     holds("timing.md", "store-walk", &walk.store());
     holds("timing.md", "resolve-walk", &walk.resolve());
+}
+
+#[test]
+fn the_waveform_that_is_read_is_that_of_the_run() {
+    let run = reading::Run::new(root());
+    let page = text_of(&root().join("docs/src/reading.md"));
+    let told: String = page.replace("\\\n", " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains(&format!("pellucid {}", reading::ARGUMENTS)), "it is told how to run it");
+    holds("reading.md", "markers", &run.markers());
+    let store = [
+        ("phase", "wires.phase"),
+        ("fragment", "wires.fragment.label"),
+        ("depth_test: stage", "registers.depth_test.stage.label"),
+        ("passed", "wires.passed.label"),
+        ("chains.store: stage", "registers.chains.store.stage.label"),
+        ("  fsm", "registers.chains.store.fsm"),
+        ("  queue.count", "registers.chains.store.queue.count"),
+        ("  section_taken", "wires.chains.events.section_taken"),
+        ("  grant.payload", "wires.chains.grant.payload"),
+        ("  stored", "wires.chains.events.stored"),
+        ("ssa.table word[1].head", "memories.chains.ssa.table.word[1].head"),
+        ("ssa.table word[1].tail", "memories.chains.ssa.table.word[1].tail"),
+        ("ssa.table word[1].fill", "memories.chains.ssa.table.word[1].fill"),
+        ("nsa.table word[0].next", "memories.chains.nsa.table.word[0].next"),
+    ];
+    holds("reading.md", "store", &run.table(0..9, &store));
+    let resolve = [
+        ("phase", "wires.phase"),
+        ("chains.arrived", "wires.chains.arrived.label"),
+        ("sorter: entries[0]", "registers.sorter.entries[0].label"),
+        ("  entries[1]", "registers.sorter.entries[1].label"),
+        ("  entries[2]", "registers.sorter.entries[2].label"),
+        ("  count", "registers.sorter.count"),
+        ("  closed", "registers.sorter.closed"),
+        ("sorted", "wires.sorted.label"),
+        ("blender: stage", "registers.blender.stage.label"),
+        ("  blended", "wires.events.blended"),
+    ];
+    holds("reading.md", "resolve", &run.table(16..29, &resolve));
 }
 
 #[test]
