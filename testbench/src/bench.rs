@@ -13,6 +13,8 @@ use pellucid_sim::{
 };
 use pellucid_verilog::lockstep::Vectors;
 use pellucid_waveforms::StreamOf;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 /// Cycles without progress after which a simulation is given up.
@@ -29,6 +31,9 @@ pub enum BenchError {
     /// A stream broke its rules.
     #[error("fault in the model: {0}")]
     Violation(#[from] Violation),
+    /// An assertion in a block did not hold, or its arithmetic overflowed.
+    #[error("fault in the model: an assertion failed: {0}")]
+    Assertion(String),
     /// Nothing moved.
     #[error("the simulation stands still, {0}")]
     Deadlock(Deadlock),
@@ -49,6 +54,7 @@ impl BenchError {
         match self {
             BenchError::Fault(fault) => Some(format!("fault in {}", fault.path)),
             BenchError::Violation(violation) => Some(format!("{} breaks a rule", violation.stream)),
+            BenchError::Assertion(_) => Some("assertion fails".to_string()),
             BenchError::Deadlock(_) => Some("stands still".to_string()),
             BenchError::Source(_) | BenchError::Output(_) | BenchError::Wave(_) => None,
         }
@@ -74,6 +80,12 @@ impl Recording {
         let shown = self.vectors.cycle(&self.inputs, &self.outputs);
         shown.map_err(|e| OutputError::write(&self.path, &e))
     }
+}
+
+/// What a panic said.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("without a message").to_string()
 }
 
 /// The cycle comes by value: where nothing is recorded, it need not be in memory at all.
@@ -249,7 +261,7 @@ where
     }
 
     /// Plays what `play` plays and ends the waveform that is recorded, if any, whatever comes of it: one is
-    /// wanted most of all when the model goes wrong. A frame that cannot be read leaves none, and a waveform
+    /// wanted most of all when the model goes wrong. A panic is an assertion that failed. A frame that cannot be read leaves none, and a waveform
     /// that cannot be written is left as far as it goes.
     ///
     /// # Errors
@@ -258,7 +270,9 @@ where
         &mut self,
         play: impl FnOnce(&mut Self) -> Result<T, BenchError>,
     ) -> Result<(T, WaveReport), BenchError> {
-        let played = play(self);
+        // What is left of the simulation is only looked at.
+        let played = catch_unwind(AssertUnwindSafe(|| play(self)));
+        let played = played.unwrap_or_else(|panic| Err(BenchError::Assertion(message(&*panic))));
         match &played {
             Err(BenchError::Source(_)) => self.discard_wave(),
             Err(BenchError::Output(_) | BenchError::Wave(_)) => {}

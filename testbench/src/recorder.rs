@@ -368,9 +368,13 @@ impl Recorder {
         let files = view.files(wave.layout());
         wave.finish(time).map_err(|error| name.error(&error))?;
         name.finish()?;
+        let mut folder = None;
         for file in files {
             let path = job.path.with_file_name(file.name);
-            path.parent().map_or(Ok(()), create_dir)?;
+            if path.parent() != folder.as_deref() {
+                folder = path.parent().map(Path::to_owned);
+                folder.as_deref().map_or(Ok(()), create_dir)?;
+            }
             put(&path, &file.text)?;
         }
         Ok(WaveReport { markers: view.markers, notes })

@@ -131,3 +131,6 @@ impl Case {
         Ok(Trial { image, verdict, report, wave })
     }
 }
+
+#[cfg(test)]
+mod tests;

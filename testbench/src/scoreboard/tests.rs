@@ -144,3 +144,17 @@ fn wrong_counts_are_faults() {
     assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
     assert_eq!(verdict.faults(), ["words read: expected 7, the run counted 8"]);
 }
+
+#[test]
+fn what_is_wrong_has_a_place() {
+    let reference = reference();
+    let right = reference.image_by(Arithmetic::Blend).clone();
+    assert_eq!(judged(Arithmetic::Blend, &right, 0).place(), None);
+    let mut wrong = right.clone();
+    wrong.pixels[AT] ^= 0x10;
+    let (x, y) = APART;
+    let pixel = Window::Pixel { x: x as u16, y: y as u16 };
+    assert_eq!(judged(Arithmetic::Blend, &wrong, 0).place(), Some(pixel));
+    let dropped = Window::Event { name: "dropped".into() };
+    assert_eq!(judged(Arithmetic::Blend, &wrong, 1).place(), Some(dropped));
+}

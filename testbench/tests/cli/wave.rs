@@ -343,6 +343,13 @@ fn the_bundle_has_a_set_up_for_either_viewer() {
             assert!(out.join(filter).is_file(), "{filter}");
         }
         let commands = fs::read_to_string(out.join("wave.sucl")).unwrap();
+        let wave = Wave::read(&out.join(file));
+        let variables = commands.lines().filter_map(|line| line.strip_prefix("variable_add "));
+        let known: BTreeSet<String> =
+            wave.signals.keys().map(|name| name.replace(".[", "[")).collect();
+        for variable in variables {
+            assert!(known.contains(variable), "{variable}");
+        }
         let mappings = names(&out.join(".surfer/mappings"));
         for name in mappings.iter().map(|name| name.strip_suffix(".txt").unwrap()) {
             assert!(commands.contains(&format!("item_set_format {name}\n")), "{name}");

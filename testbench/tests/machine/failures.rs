@@ -128,6 +128,24 @@ fn a_stream_that_breaks_its_rules_is_shown() {
 }
 
 #[test]
+fn an_assertion_that_fails_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut bench = bench(&folder);
+    let done = bench.traced(|bench| {
+        (0..100).try_for_each(|k| bench.send(Marked::item(fragment(k))))?;
+        assert_eq!(bench.cycles(), 0, "as a block might assert");
+        Ok(())
+    });
+    let Err(error) = done else { panic!("it holds") };
+    let text = error.to_string();
+    assert!(text.starts_with("fault in the model: an assertion failed: "), "{text}");
+    assert!(text.contains("as a block might assert"), "{text}");
+    let (cycles, _) = read(&folder.path().join("wave.vcd"), "top.machine.wires.image.valid");
+    assert_eq!(cycles, (0..100).collect::<Vec<_>>());
+    assert_eq!(marker(&folder), (99, "assertion fails".to_string()));
+}
+
+#[test]
 fn a_waveform_without_that_window_ends_as_it_would() {
     let folder = tempfile::tempdir().unwrap();
     let mut bench = Bench::<Buffer>::new(Config::new(SCREEN, Params::default()).unwrap());
