@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::FreeList;
+use pellucid_hw::allocator::{FreeList, Stack};
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -179,6 +179,9 @@ fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     Ok(match params.allocator {
         AllocatorKind::Fifo => {
             Box::new(Prepared::<TBuffer<FreeList>> { cfg, values: params.values() })
+        }
+        AllocatorKind::Lifo => {
+            Box::new(Prepared::<TBuffer<Stack>> { cfg, values: params.values() })
         }
     })
 }

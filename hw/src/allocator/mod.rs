@@ -10,10 +10,13 @@
 //! | allocator | grants | memory |
 //! | --- | --- | --- |
 //! | [`FreeList`] | one a cycle, oldest release first | one section number per section |
+//! | [`Stack`] | one a cycle, latest release first | one section number per section |
 
 mod free_list;
+mod stack;
 
 pub use free_list::FreeList;
+pub use stack::Stack;
 
 use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
 
@@ -60,4 +63,9 @@ pub trait Allocator:
 {
     /// Words of its memory that hold something of use.
     fn words_in_use(q: &Self::State) -> u32;
+    /// While a section is free, cycles until one is granted at the latest: after a reset, after the take of
+    /// another one, and after its own release.
+    fn latency(_: &Config) -> u32 {
+        1
+    }
 }

@@ -28,8 +28,10 @@ choice! {
 choice! {
     /// Which allocator hands out sections.
     pub enum AllocatorKind {
-        /// A free list as a queue.
+        /// A free list as a queue: what came back first is granted first.
         Fifo = "fifo",
+        /// A free list as a stack: what came back last is granted first.
+        Lifo = "lifo",
     }
 }
 
