@@ -243,6 +243,14 @@ impl<T: Signals + Default> Words<T> {
         self.line_at = (self.line_at + 1) % self.line.len();
     }
 
+    fn under_way(&self, to: &mut Vec<u64>) {
+        let Words { item, q, line, line_at, .. } = self;
+        q.sample(item, to);
+        for k in 0..line.len() {
+            line[(line_at + k) % line.len()].sample(item, to);
+        }
+    }
+
     fn info(&self, ports: Ports, read_during_write: ReadDuringWrite) -> StorageInfo {
         StorageInfo {
             ports,
@@ -445,6 +453,9 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
         let Words { words, item, .. } = &self.core;
         words.get(item, addr).unwrap_or_default().sample(item, to);
     }
+    fn under_way(&self, to: &mut Vec<u64>) {
+        self.core.under_way(to);
+    }
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()
     }
@@ -460,6 +471,9 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
         let Words { words, item, .. } = &self.core;
         words.get(item, addr).unwrap_or_default().sample(item, to);
+    }
+    fn under_way(&self, to: &mut Vec<u64>) {
+        self.core.under_way(to);
     }
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()

@@ -10,13 +10,15 @@
 //! was free before it. A counter grants the sections that were never used, so that nothing need be
 //! put into the queue after reset.
 
-use super::{Allocator, Config, In, Moore};
+use super::{Allocator, Config, Contract, In, Moore};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeList;
+
+impl Contract for FreeList {}
 
 impl Allocator for FreeList {
     #[inline(always)]

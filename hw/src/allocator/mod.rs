@@ -54,18 +54,19 @@ pub struct Moore {
     pub exhausted: bool,
 }
 
-/// A block that keeps the contract above.
-pub trait Allocator:
+/// A block that keeps the contract above. Whether it does is a matter of tests: see `pellucid-properties`.
+pub trait Contract:
     Block<Config = Config, In = In, Moore = Moore, Out = (), State: Signals<Config = Config>>
-    + Netlist
-    + Copy
-    + 'static
 {
-    /// Words of its memory that hold something of use.
-    fn words_in_use(q: &Self::State) -> u32;
     /// While a section is free, cycles until one is granted at the latest: after a reset, after the take of
-    /// another one, and after its own release.
+    /// another one, and after its own release. At least 1.
     fn latency(_: &Config) -> u32 {
         1
     }
+}
+
+/// An allocator that an architecture can have: it keeps the contract, and it is hardware.
+pub trait Allocator: Contract + Netlist + Copy + 'static {
+    /// Words of its memory that hold something of use.
+    fn words_in_use(q: &Self::State) -> u32;
 }

@@ -11,13 +11,15 @@
 //! that comes back is granted after that one, and before all others that are free. Sections that were never
 //! used come last; a counter grants them, so that nothing need be put into the stack after reset.
 
-use super::{Allocator, Config, In, Moore};
+use super::{Allocator, Config, Contract, In, Moore};
 use pellucid_sim::Block;
 use pellucid_sim::{Ram1RW, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
 pub struct Stack;
+
+impl Contract for Stack {}
 
 impl Allocator for Stack {
     #[inline(always)]

@@ -163,6 +163,12 @@ mod tests {
         busy: bool,
     }
 
+    impl allocator::Contract for Slow {
+        fn latency(_: &allocator::Config) -> u32 {
+            2
+        }
+    }
+
     impl Allocator for Slow {
         fn words_in_use(_: &SlowState) -> u32 {
             0

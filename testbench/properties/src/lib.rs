@@ -1,0 +1,14 @@
+//! What must hold of a block, as properties that random sequences try to break.
+//!
+//! A sequence that breaks a property is shrunk to the shortest one that still does, is kept as a regression
+//! beside the test's source, and leaves a waveform of exactly that sequence, with a marker where the property
+//! is broken.
+//!
+//! ```no_run
+//! use pellucid_hw::allocator::FreeList;
+//! pellucid_properties::allocator_properties!(FreeList);
+//! ```
+//!
+//! How many sequences are tried is proptest's to say: `PROPTEST_CASES=10000 cargo test` tries that many.
+
+pub mod allocator;

@@ -1,0 +1,197 @@
+//! The allocators of the library keep their contract; faults of every kind are found out.
+
+use pellucid_hw::allocator::{Config, Contract, FreeList, In, Moore, Stack};
+use pellucid_properties::allocator::{Property, Step, check, exhaust, report, test};
+use pellucid_properties::allocator_properties;
+use pellucid_sim::{Block, Signals, Stream};
+use std::panic::catch_unwind;
+
+allocator_properties!(FreeList, free_list);
+allocator_properties!(Stack, stack);
+allocator_properties!(Bits<NONE>, bits);
+
+/// What is wrong with [`Bits`].
+const NONE: u8 = 0;
+const TWICE: u8 = 1;
+const RANGE: u8 = 2;
+const HELD: u8 = 3;
+const LOST: u8 = 4;
+const LATE: u8 = 5;
+const EARLY: u8 = 6;
+const UNSAID: u8 = 7;
+const RESET: u8 = 8;
+const NARROW: u8 = 9;
+
+/// A bit for each section, in a register, and a fault.
+struct Bits<const FAULT: u8>;
+
+#[derive(Clone, Copy, Signals)]
+#[signals(Config)]
+struct Free {
+    #[width(cfg.sections)]
+    bits: u32,
+    /// What is offered.
+    #[with(cfg.id_bits())]
+    offer: Stream<u32>,
+    #[width(2)]
+    pause: u32,
+    #[width(8)]
+    takes: u32,
+}
+
+impl<const FAULT: u8> Contract for Bits<FAULT> {}
+
+impl<const FAULT: u8> Block for Bits<FAULT> {
+    type Config = Config;
+    type State = Free;
+    type In = In;
+    type Moore = Moore;
+    type Out = ();
+    type Mem = ();
+
+    fn reset(cfg: &Config) -> Free {
+        let lost = u32::from(FAULT == RESET && cfg.sections > 2);
+        let bits = (1 << cfg.sections) - 1 - lost;
+        Free { bits, offer: offer(bits), pause: 0, takes: 0 }
+    }
+    fn memories(_: &Config) {}
+    fn moore(cfg: &Config, q: &Free, _: &()) -> Moore {
+        let mut grant = q.offer;
+        if FAULT == HELD {
+            grant = offer(q.bits);
+        }
+        let none = q.bits == 0;
+        if FAULT == RANGE && none && q.takes > 3 {
+            grant = Stream::offer(cfg.sections);
+        }
+        if FAULT == LATE && q.pause > 0 {
+            grant = Stream::idle();
+        }
+        let exhausted = match FAULT {
+            EARLY => q.bits.count_ones() < 2,
+            UNSAID => none && q.takes < 5,
+            _ => none,
+        };
+        Moore { grant, exhausted }
+    }
+    fn next(cfg: &Config, q: &Free, d: &mut Free, m: &mut (), i: In) {
+        let grant = Self::moore(cfg, q, m).grant;
+        let taken = i.take && grant.valid;
+        if taken && !(FAULT == TWICE && i.release.valid) {
+            d.bits &= !(1 << grant.payload);
+        }
+        if i.release.valid && !(FAULT == LOST && taken) {
+            d.bits |= 1 << i.release.payload;
+        }
+        d.takes = (q.takes + u32::from(taken)) & 0xff;
+        d.pause = if FAULT == NARROW { q.takes } else { u32::from(taken && q.takes % 4 == 3) };
+        if i.take || !grant.valid {
+            d.offer = offer(d.bits);
+        }
+    }
+}
+
+fn offer(bits: u32) -> Stream<u32> {
+    if bits == 0 { Stream::idle() } else { Stream::offer(bits.trailing_zeros()) }
+}
+
+/// The property that random sequences find broken, and the message.
+fn found<const FAULT: u8>() -> (String, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    let panic = catch_unwind(|| test::<Bits<FAULT>>("", &path)).expect_err("it is not found");
+    (panic.downcast_ref::<String>().unwrap().clone(), folder)
+}
+
+/// Both ways find the fault, and name what it breaks.
+fn is_found<const FAULT: u8>(property: Property) {
+    let (message, _) = found::<FAULT>();
+    assert!(message.contains(&format!(": {property}: ")), "{message}");
+    let exhausted = (0..=4).find_map(|sections| exhaust::<Bits<FAULT>>(sections).err());
+    let (broken, steps) = exhausted.expect("the search does not find it");
+    assert_eq!(broken.property, property, "{broken}, after {steps:?}");
+}
+
+#[test]
+fn a_section_that_is_out_twice_is_found() {
+    is_found::<TWICE>(Property::Twice);
+}
+
+#[test]
+fn a_section_that_there_is_not_is_found() {
+    is_found::<RANGE>(Property::Range);
+}
+
+#[test]
+fn an_offer_that_is_replaced_is_found() {
+    is_found::<HELD>(Property::Held);
+}
+
+#[test]
+fn a_section_that_is_lost_is_found() {
+    is_found::<LOST>(Property::Granted);
+    is_found::<RESET>(Property::Granted);
+}
+
+#[test]
+fn a_grant_that_comes_late_is_found() {
+    is_found::<LATE>(Property::Granted);
+}
+
+#[test]
+fn a_wrong_word_about_being_exhausted_is_found() {
+    is_found::<EARLY>(Property::Exhausted);
+    is_found::<UNSAID>(Property::Exhausted);
+}
+
+#[test]
+#[cfg(debug_assertions)]
+fn a_register_that_is_too_narrow_is_found() {
+    is_found::<NARROW>(Property::Fault);
+}
+
+/// The shortest sequence for a section that is lost where one is taken in the cycle of its release.
+#[test]
+fn a_failure_is_short_and_has_its_waveform() {
+    let (message, folder) = found::<LOST>();
+    let wave = folder.path().join("wave.gtkw");
+    let expected = format!(
+        "broken in cycle 2: while a section is free, one is granted within the latency: 1 are free and \
+         none is granted for 1 cycles\nits waveform: gtkwave {}\n2 sections, cycle by cycle:\n     0  \
+         take\n     1  take, release 0\n     2  nothing",
+        wave.display()
+    );
+    assert_eq!(message, expected);
+    let save = std::fs::read_to_string(wave).unwrap();
+    let name = Property::Granted.to_string();
+    assert!(save.contains(&format!("[markername] A{name}\n")), "{save}");
+    let mut wave = wellen::simple::read(folder.path().join("wave.vcd")).unwrap();
+    let signal = {
+        let hierarchy = wave.hierarchy();
+        let mut vars = hierarchy.all_vars().map(|var| &hierarchy[var]);
+        let take = vars.find(|v| v.full_name(hierarchy) == "top.allocator.wires.in.take");
+        take.unwrap().signal_ref()
+    };
+    wave.load_signals(&[signal]);
+    let changes = wave.get_signal(signal).unwrap().iter_changes();
+    let shown: Vec<String> = changes.map(|(_, value)| value.to_bit_string().unwrap()).collect();
+    assert_eq!(shown, ["1", "0"], "taken in two cycles, looked at in the third");
+}
+
+#[test]
+fn a_sequence_can_be_played_by_hand() {
+    let take = Step { take: true, ..Step::default() };
+    let back = Step { release: Some(0), ..take };
+    assert_eq!(check::<Bits<NONE>>(2, &[take, back]), Ok(()));
+    assert_eq!(report::<Bits<NONE>>(2, &[take, back], "".as_ref()), "no property is broken");
+    let broken = check::<Bits<LOST>>(2, &[take, back]).unwrap_err();
+    assert_eq!((broken.property, broken.cycle), (Property::Granted, 2));
+}
+
+#[test]
+fn the_search_sees_every_state() {
+    // Which sections are out, in which order they went, and what is offered; what was taken so far.
+    let states = [0, 1, 2].map(|sections| exhaust::<Stack>(sections).unwrap());
+    assert_eq!(states[0], 1);
+    assert!(states[1] > 2 && states[2] > states[1], "{states:?}");
+}
