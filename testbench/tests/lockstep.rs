@@ -23,11 +23,12 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 8] = [
+const WAYS: [&[&str]; 9] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
+    &["--arch", "tbuffer", "-p", "allocator=lifo"],
     &["--arch", "rbuffer"],
     &["--arch", "rbuffer", "-p", "overflow=replay"],
     &["--arch", "mbuffer", "-p", "weights=registers"],

@@ -4,7 +4,7 @@ use crate::frames::{
     ENOUGH, OverFrames, Setup, Tested, assert_rate, check_drops, one_frame,
     papers_frames_at_the_target_rate, properties, without_place,
 };
-use pellucid_hw::allocator::FreeList;
+use pellucid_hw::allocator::{Allocator, FreeList};
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
@@ -15,7 +15,7 @@ use proptest::prelude::*;
 
 type Buffer = TBuffer<FreeList>;
 
-impl Tested for Buffer {
+impl<A: Allocator> Tested for TBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
         params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
     }
@@ -27,6 +27,14 @@ impl Tested for Buffer {
 }
 
 properties!(Buffer);
+
+/// With the other allocator.
+mod lifo {
+    use super::*;
+    use pellucid_hw::allocator::Stack;
+
+    properties!(TBuffer<Stack>);
+}
 
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
