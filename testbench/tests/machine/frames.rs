@@ -189,6 +189,12 @@ fn kept_at() -> PathBuf {
     folder.join("wave.vcd")
 }
 
+/// How many random cases are tried: some, or as many as `PROPTEST_CASES` asks for.
+pub fn effort() -> ProptestConfig {
+    let asked = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok());
+    ProptestConfig::with_cases(asked.unwrap_or(128))
+}
+
 /// A run's error as a failed case, so that it shrinks.
 pub fn tried<T>(result: Result<T, BenchError>) -> Result<T, TestCaseError> {
     result.map_err(|error| TestCaseError::fail(error.to_string()))
@@ -406,7 +412,7 @@ macro_rules! properties {
             use pellucid_testbench::scoreboard::Verdict;
 
             proptest! {
-                #![proptest_config(ProptestConfig::with_cases(128))]
+                #![proptest_config(effort())]
 
                 #[test]
                 fn random_frames_are_right((setup, frames) in some_frames::<$machine>()) {

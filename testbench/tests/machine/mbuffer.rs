@@ -1,8 +1,8 @@
 //! The M-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, check_drops, one_frame, papers_frames_at_the_target_rate,
-    properties, tried, without_place,
+    ENOUGH, OverFrames, Setup, Tested, check_drops, effort, one_frame,
+    papers_frames_at_the_target_rate, properties, tried, without_place,
 };
 use pellucid_hw::allocator::FreeList;
 use pellucid_hw::machine::Check;
@@ -51,7 +51,7 @@ fn params() -> impl Strategy<Value = Params> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(effort())]
 
     /// Wherever the weights are kept and however many cells there are, the image is the same.
     #[test]

@@ -1,7 +1,7 @@
 //! The R-buffer.
 
 use crate::frames::{
-    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, fragments, one_frame, preset,
+    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, effort, fragments, one_frame, preset,
     properties, screens, tried,
 };
 use pellucid_hw::machine::Check;
@@ -103,7 +103,7 @@ fn passes(screen: Screen, frame: &[Fragment]) -> (u64, u64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(effort())]
 
     #[test]
     fn a_full_queue_drops_what_finds_no_room(
@@ -152,7 +152,7 @@ fn outside_memory_costs_no_cycle_if_the_part_on_chip_covers_its_latency() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(effort())]
 
     /// One pixel alone: what does not fit is dropped, and the run says so.
     #[test]

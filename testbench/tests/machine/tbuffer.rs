@@ -1,7 +1,7 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, assert_rate, check_drops, one_frame,
+    ENOUGH, OverFrames, Setup, Tested, assert_rate, check_drops, effort, one_frame,
     papers_frames_at_the_target_rate, properties, without_place,
 };
 use pellucid_hw::allocator::{Allocator, FreeList};
@@ -60,7 +60,7 @@ fn params() -> impl Strategy<Value = Params> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(128))]
+    #![proptest_config(effort())]
 
     #[test]
     fn a_full_machine_drops_what_finds_no_section(
