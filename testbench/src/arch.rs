@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::{FreeList, Stack};
+use pellucid_hw::allocator::{Bitmap, FreeList, Stack};
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -182,6 +182,9 @@ fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
         }
         AllocatorKind::Lifo => {
             Box::new(Prepared::<TBuffer<Stack>> { cfg, values: params.values() })
+        }
+        AllocatorKind::Bitmap => {
+            Box::new(Prepared::<TBuffer<Bitmap>> { cfg, values: params.values() })
         }
     })
 }

@@ -23,12 +23,24 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 9] = [
+const WAYS: [&[&str]; 10] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "allocator=lifo"],
+    &[
+        "--arch",
+        "tbuffer",
+        "-p",
+        "allocator=bitmap",
+        "-p",
+        "sections=4096",
+        "-p",
+        "outside_sections=4096",
+        "-p",
+        "section_capacity=8",
+    ],
     &["--arch", "rbuffer"],
     &["--arch", "rbuffer", "-p", "overflow=replay"],
     &["--arch", "mbuffer", "-p", "weights=registers"],

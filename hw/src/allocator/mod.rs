@@ -11,10 +11,13 @@
 //! | --- | --- | --- |
 //! | [`FreeList`] | one a cycle, oldest release first | one section number per section |
 //! | [`Stack`] | one a cycle, latest release first | one section number per section |
+//! | [`Bitmap`] | one a cycle, lowest number first | none: a register bit per section |
 
+pub mod bitmap;
 mod free_list;
 mod stack;
 
+pub use bitmap::Bitmap;
 pub use free_list::FreeList;
 pub use stack::Stack;
 

@@ -1,5 +1,6 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
+use crate::allocator::bitmap::MAX_SECTIONS;
 use crate::chains::config::{self as chains, Passes, Shape};
 use crate::params::{ParamError, Preset, too_many_fragments};
 use crate::pixel::Screen;
@@ -32,6 +33,8 @@ choice! {
         Fifo = "fifo",
         /// A free list as a stack: what came back last is granted first.
         Lifo = "lifo",
+        /// A bit for each section in registers: the lowest free one is granted first.
+        Bitmap = "bitmap",
     }
 }
 
@@ -90,12 +93,20 @@ impl Config {
     /// Checks the parameters against each other.
     ///
     /// # Errors
-    /// If all sections together would hold more fragments than a simulation can.
+    /// If all sections together would hold more fragments than a simulation can, or are more than the
+    /// allocator can have.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let sections = u64::from(params.sections) + u64::from(params.outside_sections);
         let fragments = sections * u64::from(params.section_capacity);
         let what = "`sections` + `outside_sections` times `section_capacity`";
         too_many_fragments(what, fragments)?;
+        let most = u64::from(params.sections.max(params.outside_sections));
+        if params.allocator == AllocatorKind::Bitmap && most > u64::from(MAX_SECTIONS) {
+            return Err(ParamError::Together(format!(
+                "parameter `allocator` is `bitmap`, which has at most {MAX_SECTIONS} sections on chip and as \
+                 many outside: expected `sections` and `outside_sections` to be no more"
+            )));
+        }
         let shape = Shape {
             owned: false,
             on_chip: params.sections,
@@ -125,6 +136,27 @@ mod tests {
         let by_name = |name| (PRESETS.iter().find(|p| p.name == name).unwrap().params)();
         assert_eq!((by_name("fast").append, by_name("fast").scan), (Append::Tail, Scan::Bitmap));
         assert_eq!((by_name("paper").append, by_name("paper").scan), (Append::Walk, Scan::Linear));
+    }
+
+    #[test]
+    fn a_bitmap_has_few_sections() {
+        let screen = Screen { width: 4, height: 4, background: 0 };
+        let few = |sections, outside_sections| {
+            let allocator = AllocatorKind::Bitmap;
+            Config::new(
+                screen,
+                Params { allocator, sections, outside_sections, ..Params::default() },
+            )
+        };
+        assert!(few(4096, 4096).is_ok());
+        for (sections, outside) in [(4097, 0), (1, 4097)] {
+            let error = few(sections, outside).unwrap_err().to_string();
+            assert_eq!(
+                error,
+                "parameter `allocator` is `bitmap`, which has at most 4096 sections on chip and as many \
+                 outside: expected `sections` and `outside_sections` to be no more"
+            );
+        }
     }
 
     #[test]

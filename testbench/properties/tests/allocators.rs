@@ -1,6 +1,6 @@
 //! The allocators of the library keep their contract; faults of every kind are found out.
 
-use pellucid_hw::allocator::{Config, Contract, FreeList, In, Moore, Stack};
+use pellucid_hw::allocator::{Bitmap, Config, Contract, FreeList, In, Moore, Stack};
 use pellucid_properties::allocator::{Property, Step, check, exhaust, report, test};
 use pellucid_properties::allocator_properties;
 use pellucid_sim::{Block, Signals, Stream};
@@ -8,6 +8,7 @@ use std::panic::catch_unwind;
 
 allocator_properties!(FreeList, free_list);
 allocator_properties!(Stack, stack);
+allocator_properties!(Bitmap, bitmap);
 allocator_properties!(Bits<NONE>, bits);
 
 /// What is wrong with [`Bits`].
@@ -107,7 +108,7 @@ fn found<const FAULT: u8>() -> (String, tempfile::TempDir) {
 fn is_found<const FAULT: u8>(property: Property) {
     let (message, _) = found::<FAULT>();
     assert!(message.contains(&format!(": {property}: ")), "{message}");
-    let exhausted = (0..=4).find_map(|sections| exhaust::<Bits<FAULT>>(sections).err());
+    let exhausted = (0..=4).find_map(|sections| exhaust::<Bits<FAULT>>(sections, 100_000).err());
     let (broken, steps) = exhausted.expect("the search does not find it");
     assert_eq!(broken.property, property, "{broken}, after {steps:?}");
 }
@@ -191,7 +192,8 @@ fn a_sequence_can_be_played_by_hand() {
 #[test]
 fn the_search_sees_every_state() {
     // Which sections are out, in which order they went, and what is offered; what was taken so far.
-    let states = [0, 1, 2].map(|sections| exhaust::<Stack>(sections).unwrap());
+    let states = [0, 1, 2].map(|sections| exhaust::<Stack>(sections, 1000).unwrap());
     assert_eq!(states[0], 1);
     assert!(states[1] > 2 && states[2] > states[1], "{states:?}");
+    assert_eq!(exhaust::<Stack>(4, 7).unwrap(), 7, "no more than it is told");
 }

@@ -28,7 +28,13 @@ impl<A: Allocator> Tested for TBuffer<A> {
 
 properties!(Buffer);
 
-/// With the other allocator.
+mod bitmap {
+    use super::*;
+    use pellucid_hw::allocator::Bitmap;
+
+    properties!(TBuffer<Bitmap>);
+}
+
 mod lifo {
     use super::*;
     use pellucid_hw::allocator::Stack;

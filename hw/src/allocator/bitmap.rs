@@ -1,0 +1,146 @@
+//! A bit for each section, in registers, and a priority encoder that finds the lowest free one.
+//!
+//! ```text
+//!             +--------+
+//!   take ---->|        |---> grant
+//!  release -->| Bitmap |---> exhausted
+//!             +--------+
+//! ```
+//! One grant and one release a cycle, and no memory: for few sections, up to [`MAX_SECTIONS`], of which the
+//! lowest are used again and again. What is offered is held in a register until it is taken; while another one
+//! is taken, the encoder looks at all bits, with that of the section which comes back in the same cycle.
+
+use super::{Allocator, Config, Contract, In, Moore};
+use pellucid_sim::Block;
+use pellucid_sim::{Signals, Stream, rtl};
+
+/// See the module's description.
+#[derive(Clone, Copy, Debug)]
+pub struct Bitmap;
+
+/// The most sections that it can have.
+pub const MAX_SECTIONS: u32 = 64 * MAX_WORDS as u32;
+const MAX_WORDS: usize = 64;
+/// Bits of a word.
+const WORD_BITS: u32 = 64;
+const WORD_SHIFT: u32 = 6;
+
+impl Contract for Bitmap {}
+
+impl Allocator for Bitmap {
+    #[inline(always)]
+    fn words_in_use(_: &State) -> u32 {
+        0
+    }
+}
+
+impl Config {
+    /// Words of a bitmap.
+    fn words(&self) -> u32 {
+        self.sections.div_ceil(WORD_BITS)
+    }
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Which sections are free, but for the one that is offered.
+    #[width(WORD_BITS)]
+    #[len(cfg.words())]
+    pub free: [u64; MAX_WORDS],
+    /// What is offered.
+    #[with(cfg.id_bits())]
+    pub offer: Stream<u32>,
+}
+
+#[rtl(
+    check(Bitmap, Config { sections: 1 }),
+    check(Bitmap, Config { sections: 6 }),
+    check(Bitmap, Config { sections: 150 })
+)]
+impl Block for Bitmap {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = ();
+    type Mem = ();
+
+    fn reset(cfg: &Config) -> State {
+        let free = std::array::from_fn(|k| {
+            let here = cfg.sections.saturating_sub(k as u32 * WORD_BITS).min(WORD_BITS);
+            let all = u64::MAX.checked_shr(WORD_BITS - here).unwrap_or(0);
+            // The first one is offered.
+            if k == 0 { all & !1 } else { all }
+        });
+        let offer = if cfg.sections > 0 { Stream::offer(0) } else { Stream::idle() };
+        State { free, offer }
+    }
+
+    fn memories(_: &Config) {}
+
+    #[inline(always)]
+    fn moore(_: &Config, q: &State, (): &()) -> Moore {
+        Moore { grant: q.offer, exhausted: !q.offer.valid }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
+        let wanted = i.take || !q.offer.valid;
+        let back = i.release.payload;
+        let bit = 1u64 << (back & (WORD_BITS - 1));
+        let mut lowest = 0;
+        let mut found = false;
+        for k in 0..cfg.words() {
+            let here = i.release.valid && back >> WORD_SHIFT == k;
+            let free = if here { q.free[k as usize] | bit } else { q.free[k as usize] };
+            let rest = free & free.wrapping_sub(1);
+            let first = wanted && !found && free != 0;
+            if first {
+                lowest = k * WORD_BITS + (free.trailing_zeros() & (WORD_BITS - 1));
+            }
+            found |= first;
+            d.free[k as usize] = if first { rest } else { free };
+        }
+        if wanted {
+            d.offer = Stream { valid: found, payload: lowest };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pellucid_sim::Sim;
+
+    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
+
+    #[test]
+    fn without_sections_it_is_exhausted_at_once() {
+        let seen = Sim::<Bitmap>::new(Config { sections: 0 }).moore();
+        assert!(seen.exhausted && !seen.grant.valid);
+    }
+
+    /// Over the ends of words, up to the last.
+    #[test]
+    fn the_lowest_goes_first() {
+        for sections in [1, 63, 64, 65, 150, MAX_SECTIONS] {
+            let mut sim = Sim::<Bitmap>::new(Config { sections });
+            for id in 0..sections {
+                assert_eq!(sim.moore().grant, Stream::offer(id), "of {sections}");
+                sim.clock(In { take: true, ..NOTHING }).unwrap();
+            }
+            assert!(sim.moore().exhausted && !sim.moore().grant.valid);
+            for id in [sections - 1, 0, sections / 2] {
+                sim.clock(In { release: Stream::offer(id), ..NOTHING }).unwrap();
+            }
+            // The first that came back was offered at once.
+            let mut expected = vec![sections - 1];
+            expected.extend([0, sections / 2].into_iter().filter(|_| sections > 2));
+            for id in expected {
+                assert_eq!(sim.moore().grant, Stream::offer(id), "of {sections}");
+                sim.clock(In { take: true, ..NOTHING }).unwrap();
+            }
+        }
+    }
+}
