@@ -199,18 +199,6 @@ impl Layout {
         self.sampled + self.stalls.len()
     }
 
-    /// Where the value of the signal of that path is, and its width; the machine's scope is left out.
-    pub fn find(&self, path: &str) -> Option<usize> {
-        self.entries.iter().find_map(|entry| match entry.form {
-            Form::Bits { at, .. }
-                if entry.path().split_once('.').is_some_and(|(_, p)| p == path) =>
-            {
-                Some(at)
-            }
-            _ => None,
-        })
-    }
-
     /// The events, one-bit signals in a scope `events`: name and where the value is.
     pub fn events(&self) -> impl Iterator<Item = (&str, usize)> {
         self.entries.iter().filter_map(|entry| match entry.form {

@@ -65,7 +65,7 @@ pub(crate) trait Format: Send {
 }
 
 /// One cycle's values and labels.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 struct Snapshot {
     values: Vec<u64>,
     labels: Vec<Label>,
