@@ -6,7 +6,7 @@ use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::{Bitmap, FreeList, Stack};
+use pellucid_hw::allocator::{AllocatorKind, Bitmap, FreeList, Stack};
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -15,7 +15,7 @@ use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
-use pellucid_hw::tbuffer::config::{self as tbuffer, AllocatorKind};
+use pellucid_hw::tbuffer::config as tbuffer;
 use pellucid_sim::Signals;
 use pellucid_sim::netlist::{Module, elaborate};
 use std::path::Path;
@@ -173,26 +173,28 @@ fn build_rbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     Ok(Box::new(Prepared::<RBuffer> { cfg, values: params.values() }))
 }
 
+/// A machine with the allocator that its parameters name.
+macro_rules! with_allocator {
+    ($machine:ident, $cfg:ident, $params:ident) => {{
+        let (cfg, values) = ($cfg, $params.values());
+        match $params.allocator {
+            AllocatorKind::Fifo => Box::new(Prepared::<$machine<FreeList>> { cfg, values }),
+            AllocatorKind::Lifo => Box::new(Prepared::<$machine<Stack>> { cfg, values }),
+            AllocatorKind::Bitmap => Box::new(Prepared::<$machine<Bitmap>> { cfg, values }),
+        }
+    }};
+}
+
 fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(tbuffer::PRESETS, preset, settings)?;
     let cfg = tbuffer::Config::new(screen, params)?;
-    Ok(match params.allocator {
-        AllocatorKind::Fifo => {
-            Box::new(Prepared::<TBuffer<FreeList>> { cfg, values: params.values() })
-        }
-        AllocatorKind::Lifo => {
-            Box::new(Prepared::<TBuffer<Stack>> { cfg, values: params.values() })
-        }
-        AllocatorKind::Bitmap => {
-            Box::new(Prepared::<TBuffer<Bitmap>> { cfg, values: params.values() })
-        }
-    })
+    Ok(with_allocator!(TBuffer, cfg, params))
 }
 
 fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(mbuffer::PRESETS, preset, settings)?;
     let cfg = mbuffer::Config::new(screen, params)?;
-    Ok(Box::new(Prepared::<MBuffer<FreeList>> { cfg, values: params.values() }))
+    Ok(with_allocator!(MBuffer, cfg, params))
 }
 
 /// What is asked of a run.

@@ -23,7 +23,7 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 10] = [
+const WAYS: [&[&str]; 11] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
@@ -45,6 +45,7 @@ const WAYS: [&[&str]; 10] = [
     &["--arch", "rbuffer", "-p", "overflow=replay"],
     &["--arch", "mbuffer", "-p", "weights=registers"],
     &["--arch", "mbuffer", "-p", "weights=memory"],
+    &["--arch", "mbuffer", "-p", "allocator=lifo"],
 ];
 
 /// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the

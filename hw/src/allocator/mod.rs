@@ -21,7 +21,37 @@ pub use bitmap::Bitmap;
 pub use free_list::FreeList;
 pub use stack::Stack;
 
+use crate::choice;
+use crate::params::ParamError;
+use bitmap::MAX_SECTIONS;
 use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
+
+choice! {
+    /// Which allocator hands out sections.
+    pub enum AllocatorKind {
+        /// A free list as a queue: what came back first is granted first.
+        Fifo = "fifo",
+        /// A free list as a stack: what came back last is granted first.
+        Lifo = "lifo",
+        /// A bit for each section in registers: the lowest free one is granted first.
+        Bitmap = "bitmap",
+    }
+}
+
+impl AllocatorKind {
+    /// Checks the parameter `name`, which says how many sections an allocator of this kind has.
+    ///
+    /// # Errors
+    /// They are too many for it.
+    pub fn check(self, name: &str, sections: u32) -> Result<(), ParamError> {
+        if self != AllocatorKind::Bitmap || sections <= MAX_SECTIONS {
+            return Ok(());
+        }
+        Err(ParamError::Together(format!(
+            "parameter `{name}` is {sections}: expected at most {MAX_SECTIONS} with `allocator=bitmap`"
+        )))
+    }
+}
 
 /// What every allocator is built from.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! The M-buffer's parameters, and what the blocks derive from them.
 
 use super::array;
+use crate::allocator::AllocatorKind;
 use crate::chains::config::{self as chains, Passes, Shape};
 use crate::params::{ParamError, Preset, too_many_fragments};
 use crate::pixel::Screen;
@@ -35,6 +36,8 @@ parameters! {
         array: u32 = 8, "fragments", 1..=array::MAX_CELLS as u32;
         /// How resolve finds pixels: visit every one, or skip empty ones by an occupancy bitmap.
         scan: Scan = Scan::Bitmap, "", ();
+        /// Which allocator hands out the further sections.
+        allocator: AllocatorKind = AllocatorKind::Fifo, "", ();
         /// Fragment reads under way at once during resolve.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
     }
@@ -73,12 +76,15 @@ impl Config {
     /// Checks the parameters against each other.
     ///
     /// # Errors
-    /// If all sections together would hold more fragments than a simulation can.
+    /// If all sections together would hold more fragments than a simulation can, or are more than the
+    /// allocator can have.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let free = u64::from(params.overflow_sections) + u64::from(params.outside_sections);
         let sections = u64::from(screen.pixels()) + free;
         let what = "pixels + `overflow_sections` + `outside_sections` times `section_capacity`";
         too_many_fragments(what, sections * u64::from(params.section_capacity))?;
+        params.allocator.check("overflow_sections", params.overflow_sections)?;
+        params.allocator.check("outside_sections", params.outside_sections)?;
         let in_memory = params.weights == Weights::Memory;
         let shape = Shape {
             owned: true,

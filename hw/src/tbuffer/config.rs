@@ -1,6 +1,6 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
-use crate::allocator::bitmap::MAX_SECTIONS;
+use crate::allocator::AllocatorKind;
 use crate::chains::config::{self as chains, Passes, Shape};
 use crate::params::{ParamError, Preset, too_many_fragments};
 use crate::pixel::Screen;
@@ -22,18 +22,6 @@ choice! {
         /// It looks at every pixel (seed 000).
         Linear = "linear",
         /// An occupancy bitmap and its summary skip empty pixels, words at a time.
-        Bitmap = "bitmap",
-    }
-}
-
-choice! {
-    /// Which allocator hands out sections.
-    pub enum AllocatorKind {
-        /// A free list as a queue: what came back first is granted first.
-        Fifo = "fifo",
-        /// A free list as a stack: what came back last is granted first.
-        Lifo = "lifo",
-        /// A bit for each section in registers: the lowest free one is granted first.
         Bitmap = "bitmap",
     }
 }
@@ -100,13 +88,8 @@ impl Config {
         let fragments = sections * u64::from(params.section_capacity);
         let what = "`sections` + `outside_sections` times `section_capacity`";
         too_many_fragments(what, fragments)?;
-        let most = u64::from(params.sections.max(params.outside_sections));
-        if params.allocator == AllocatorKind::Bitmap && most > u64::from(MAX_SECTIONS) {
-            return Err(ParamError::Together(format!(
-                "parameter `allocator` is `bitmap`, which has at most {MAX_SECTIONS} sections on chip and as \
-                 many outside: expected `sections` and `outside_sections` to be no more"
-            )));
-        }
+        params.allocator.check("sections", params.sections)?;
+        params.allocator.check("outside_sections", params.outside_sections)?;
         let shape = Shape {
             owned: false,
             on_chip: params.sections,
@@ -143,20 +126,15 @@ mod tests {
         let screen = Screen { width: 4, height: 4, background: 0 };
         let few = |sections, outside_sections| {
             let allocator = AllocatorKind::Bitmap;
-            Config::new(
-                screen,
-                Params { allocator, sections, outside_sections, ..Params::default() },
-            )
+            let params = Params { allocator, sections, outside_sections, ..Params::default() };
+            Config::new(screen, params).map_err(|error| error.to_string())
         };
         assert!(few(4096, 4096).is_ok());
-        for (sections, outside) in [(4097, 0), (1, 4097)] {
-            let error = few(sections, outside).unwrap_err().to_string();
-            assert_eq!(
-                error,
-                "parameter `allocator` is `bitmap`, which has at most 4096 sections on chip and as many \
-                 outside: expected `sections` and `outside_sections` to be no more"
-            );
-        }
+        let refused = |name: &str| {
+            format!("parameter `{name}` is 4097: expected at most 4096 with `allocator=bitmap`")
+        };
+        assert_eq!(few(4097, 0).unwrap_err(), refused("sections"));
+        assert_eq!(few(1, 4097).unwrap_err(), refused("outside_sections"));
     }
 
     #[test]

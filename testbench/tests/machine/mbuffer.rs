@@ -4,7 +4,7 @@ use crate::frames::{
     ENOUGH, OverFrames, Setup, Tested, check_drops, effort, one_frame,
     papers_frames_at_the_target_rate, properties, tried, without_place,
 };
-use pellucid_hw::allocator::FreeList;
+use pellucid_hw::allocator::{Allocator, AllocatorKind, FreeList};
 use pellucid_hw::machine::Check;
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
@@ -15,7 +15,7 @@ use proptest::prelude::*;
 
 type Buffer = MBuffer<FreeList>;
 
-impl Tested for Buffer {
+impl<A: Allocator> Tested for MBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
         params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
     }
@@ -28,6 +28,13 @@ impl Tested for Buffer {
 
 properties!(Buffer);
 
+mod lifo {
+    use super::*;
+    use pellucid_hw::allocator::Stack;
+
+    properties!(MBuffer<Stack>);
+}
+
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
     let flags = (any::<bool>(), any::<bool>());
@@ -39,6 +46,7 @@ fn params() -> impl Strategy<Value = Params> {
     (flags, depths, sections, (1..=20u32, 2..=9u32)).prop_map(
         |((memory, bitmap), (section_capacity, array), sections, outside)| Params {
             weights: if memory { Weights::Memory } else { Weights::Registers },
+            allocator: AllocatorKind::Fifo,
             scan: if bitmap { Scan::Bitmap } else { Scan::Linear },
             section_capacity,
             array,
