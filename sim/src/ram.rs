@@ -243,6 +243,10 @@ impl<T: Signals + Default> Words<T> {
         self.line_at = (self.line_at + 1) % self.line.len();
     }
 
+    fn peek(&self, addr: u32, to: &mut Vec<u64>) {
+        self.words.get(&self.item, addr).unwrap_or_default().sample(&self.item, to);
+    }
+
     fn under_way(&self, to: &mut Vec<u64>) {
         let Words { item, q, line, line_at, .. } = self;
         q.sample(item, to);
@@ -450,8 +454,7 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
         T::declare(&self.core.item, name, to);
     }
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
-        let Words { words, item, .. } = &self.core;
-        words.get(item, addr).unwrap_or_default().sample(item, to);
+        self.core.peek(addr, to);
     }
     fn under_way(&self, to: &mut Vec<u64>) {
         self.core.under_way(to);
@@ -469,8 +472,7 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
         T::declare(&self.core.item, name, to);
     }
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
-        let Words { words, item, .. } = &self.core;
-        words.get(item, addr).unwrap_or_default().sample(item, to);
+        self.core.peek(addr, to);
     }
     fn under_way(&self, to: &mut Vec<u64>) {
         self.core.under_way(to);

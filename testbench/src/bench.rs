@@ -261,8 +261,8 @@ where
     }
 
     /// Plays what `play` plays and ends the waveform that is recorded, if any, whatever comes of it: one is
-    /// wanted most of all when the model goes wrong. A panic is an assertion that failed. A frame that cannot be read leaves none, and a waveform
-    /// that cannot be written is left as far as it goes.
+    /// wanted most of all when the model goes wrong. A panic is an assertion that failed. A frame that cannot
+    /// be read leaves none, and a waveform that cannot be written is left as far as it goes.
     ///
     /// # Errors
     /// Those of `play`, or the waveform cannot be written.

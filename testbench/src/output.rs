@@ -182,15 +182,21 @@ impl Write for AtomicFile {
     }
 }
 
+/// The file that an output replaces, where a symbolic link is followed; nothing for a device or a pipe, which is
+/// written directly.
+fn target(path: &Path) -> io::Result<Option<PathBuf>> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+        Ok(found) if !found.is_file() => Ok(None),
+        Ok(_) if path.is_symlink() => fs::canonicalize(path).map(Some),
+        _ => Ok(Some(path.to_owned())),
+    }
+}
+
 /// Opens what is written to, and says what is renamed at the end.
 fn open(path: &Path) -> io::Result<(File, Option<Rename>)> {
-    let to = match fs::metadata(path) {
-        Ok(found) if found.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(found) if !found.is_file() => {
-            return Ok((OpenOptions::new().write(true).open(path)?, None));
-        }
-        Ok(_) => fs::canonicalize(path)?,
-        Err(_) => path.to_owned(),
+    let Some(to) = target(path)? else {
+        return Ok((OpenOptions::new().write(true).open(path)?, None));
     };
     let mut unfinished = unfinished();
     let (file, from) = temporary(&to)?.into_parts();

@@ -6,7 +6,7 @@
 //!
 //! Changes are gathered and written in blocks. What is on disk can be opened up to the last of them.
 
-use crate::layout::{Form, Layout};
+use crate::layout::{Entry, Form, Layout, Walk};
 use crate::vcd::{CYCLE_BITS, DIGITS};
 use crate::wave::{Cycle, Format, PERIOD_NS};
 use fst_writer::{
@@ -14,7 +14,7 @@ use fst_writer::{
     FstVarDirection, FstVarType, FstWriteError,
 };
 use pellucid_sim::Label;
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// How many bytes of changes are gathered for a block, about. The first blocks are smaller, so that there
@@ -24,11 +24,56 @@ const FIRST_BLOCK: usize = 64 << 10;
 /// Characters of the longest label.
 pub(crate) const LABEL_CHARS: usize = 24;
 
-/// A writer that the crate writes to and that is flushed here after each block.
-struct Shared<W: Write>(Arc<Mutex<BufWriter<W>>>);
+/// Holds what is written until it is flushed, and writes it at once: the crate goes back in a block to fill in
+/// its length, and a process that is stopped half-way must not leave half a block.
+struct Held<W> {
+    /// It stands at `base`.
+    out: W,
+    base: u64,
+    held: Cursor<Vec<u8>>,
+}
 
-impl<W: Write> Shared<W> {
-    fn with<T>(&self, act: impl FnOnce(&mut BufWriter<W>) -> T) -> T {
+impl<W: Write> Write for Held<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.held.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        let held = self.held.get_mut();
+        self.out.write_all(held)?;
+        self.base += held.len() as u64;
+        held.clear();
+        self.held.set_position(0);
+        self.out.flush()
+    }
+}
+
+impl<W: Write + Seek> Seek for Held<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let now = self.base + self.held.position();
+        let within = match to {
+            SeekFrom::Start(place) => Some(place),
+            SeekFrom::Current(way) => now.checked_add_signed(way),
+            SeekFrom::End(_) => None,
+        };
+        let held = self.held.get_ref().len() as u64;
+        let place = within.and_then(|place| place.checked_sub(self.base));
+        match place.filter(|place| *place <= held) {
+            Some(place) => self.held.set_position(place),
+            None => {
+                self.flush()?;
+                let to = within.map_or(to, SeekFrom::Start);
+                self.base = self.out.seek(to)?;
+            }
+        }
+        Ok(self.base + self.held.position())
+    }
+}
+
+/// A writer that the crate writes to and that is flushed here after each block.
+struct Shared<W>(Arc<Mutex<Held<W>>>);
+
+impl<W> Shared<W> {
+    fn with<T>(&self, act: impl FnOnce(&mut Held<W>) -> T) -> T {
         // One thread alone has it.
         act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -39,7 +84,7 @@ impl<W: Write> Write for Shared<W> {
         self.with(|out| out.write(bytes))
     }
     fn flush(&mut self) -> io::Result<()> {
-        self.with(BufWriter::flush)
+        self.with(Held::flush)
     }
 }
 
@@ -86,7 +131,8 @@ impl<W: Write + Seek> Fst<W> {
     }
 
     fn begin(out: W, layout: &Layout) -> fst_writer::Result<Fst<W>> {
-        let out = Arc::new(Mutex::new(BufWriter::new(out)));
+        let held = Held { out, base: 0, held: Cursor::default() };
+        let out = Arc::new(Mutex::new(held));
         let info = FstInfo {
             start_time: 0,
             timescale_exponent: -9,
@@ -107,33 +153,24 @@ impl<W: Write + Seek> Fst<W> {
         let cycle = var(&mut header, "cycle", FstVarType::Reg, CYCLE_BITS)?;
         let mut values = vec![None; layout.values()];
         let mut labels = vec![None; layout.gates.len()];
-        let mut scopes: &[String] = &[];
-        for entry in layout.entries.iter().filter(|entry| entry.shown) {
-            let to = &entry.scopes[..];
-            let common = scopes.iter().zip(to).take_while(|(a, b)| a == b).count();
-            for _ in common..scopes.len() {
-                header.up_scope()?;
-            }
-            for name in &to[common..] {
-                header.scope(name, "", FstScopeType::Module)?;
-            }
-            scopes = to;
-            match entry.form {
-                Form::Bits { at, width, .. } => {
-                    values[at] = Some(var(&mut header, &entry.name, FstVarType::Reg, width)?);
+        layout.walk(|step| {
+            match step {
+                Walk::Enter(name) => header.scope(name, "", FstScopeType::Module)?,
+                Walk::Leave => header.up_scope()?,
+                Walk::Entry(Entry { name, form: Form::Bits { at, width, .. }, .. }) => {
+                    values[*at] = Some(var(&mut header, name, FstVarType::Reg, *width)?);
                 }
-                Form::Label { at } => {
+                Walk::Entry(Entry { name, form: Form::Label { at }, .. }) => {
                     let bits = 8 * LABEL_CHARS as u32;
-                    labels[at] = Some(var(&mut header, &entry.name, FstVarType::Reg, bits)?);
+                    labels[*at] = Some(var(&mut header, name, FstVarType::Reg, bits)?);
                 }
             }
-        }
-        for _ in 0..scopes.len() + 1 {
-            header.up_scope()?;
-        }
+            fst_writer::Result::Ok(())
+        })?;
+        header.up_scope()?;
         let body = header.finish()?;
         let out = Shared(out);
-        out.with(BufWriter::flush)?;
+        out.with(Held::flush)?;
         Ok(Fst { out, body: Some(body), clock, cycle, values, labels, block: FIRST_BLOCK })
     }
 
@@ -145,7 +182,7 @@ impl<W: Write + Seek> Fst<W> {
     /// Writes what is gathered. A new time must follow: the crate takes no change between.
     fn write_block(&mut self) -> fst_writer::Result<()> {
         self.body()?.flush()?;
-        Ok(self.out.with(BufWriter::flush)?)
+        Ok(self.out.with(Held::flush)?)
     }
 
     /// Goes on to a time, and writes a block before if enough is gathered.
@@ -218,7 +255,7 @@ impl<W: Write + Seek> Fst<W> {
         if let Some(body) = self.body.take() {
             body.finish()?;
         }
-        Ok(self.out.with(BufWriter::flush)?)
+        Ok(self.out.with(Held::flush)?)
     }
 }
 

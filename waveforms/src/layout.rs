@@ -35,6 +35,16 @@ impl Entry {
     }
 }
 
+/// A step through the scopes of a layout.
+pub(crate) enum Walk<'a> {
+    /// A scope is entered.
+    Enter(&'a str),
+    /// The innermost one is left.
+    Leave,
+    /// Something is shown there.
+    Entry(&'a Entry),
+}
+
 /// A stream whose offer may not be taken: where its wires are among the values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stall {
@@ -192,6 +202,19 @@ impl Layout {
                 Err(NoSignal { pattern: pattern.clone(), example: example.unwrap_or(last) })
             }
         }
+    }
+
+    /// Goes through all that is shown, in and out of its scopes.
+    pub(crate) fn walk<E>(&self, mut to: impl FnMut(Walk) -> Result<(), E>) -> Result<(), E> {
+        let mut scopes: &[String] = &[];
+        for entry in self.entries.iter().filter(|entry| entry.shown) {
+            let common = scopes.iter().zip(&entry.scopes).take_while(|(a, b)| a == b).count();
+            scopes[common..].iter().try_for_each(|_| to(Walk::Leave))?;
+            entry.scopes[common..].iter().try_for_each(|name| to(Walk::Enter(name)))?;
+            to(Walk::Entry(entry))?;
+            scopes = &entry.scopes;
+        }
+        scopes.iter().try_for_each(|_| to(Walk::Leave))
     }
 
     /// Values of a cycle: those that are sampled and those of the stalls.

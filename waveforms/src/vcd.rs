@@ -10,7 +10,7 @@
 //! come from a table of all bytes, and every piece of text is a store of eight bytes of which the next one
 //! overwrites what is too much.
 
-use crate::layout::{Form, Layout};
+use crate::layout::{Entry, Form, Layout, Walk};
 use crate::wave::{Cycle, Format, PERIOD_NS, Whole};
 use pellucid_sim::{Kind, Label, States};
 use std::io::{self, Write};
@@ -177,21 +177,21 @@ impl<W: Write> Vcd<W> {
         let mut header = Header { out: writer, tables: vec![] };
         let mut values = vec![None; layout.values()];
         let mut labels = vec![None; layout.gates.len()];
-        let mut scopes: &[String] = &[];
-        for entry in layout.entries.iter().filter(|entry| entry.shown) {
-            header.turn_to(&mut scopes, &entry.scopes)?;
-            match entry.form {
-                Form::Bits { at, width, kind } => {
-                    values[at] = Some(header.signal(&entry.name, width, kind)?);
+        layout.walk(|step| {
+            match step {
+                Walk::Enter(name) => header.out.scope_def(ScopeType::Module, name)?,
+                Walk::Leave => header.out.upscope()?,
+                Walk::Entry(Entry { name, form: Form::Bits { at, width, kind }, .. }) => {
+                    values[*at] = Some(header.signal(name, *width, *kind)?);
                 }
-                Form::Label { at } => {
-                    let id = header.out.add_var(VarType::String, 1, &entry.name, None)?;
+                Walk::Entry(Entry { name, form: Form::Label { at }, .. }) => {
+                    let id = header.out.add_var(VarType::String, 1, name, None)?;
                     // What ends a change of it is what ends a vector's.
-                    labels[at] = Some(Var::new(id, 0));
+                    labels[*at] = Some(Var::new(id, 0));
                 }
             }
-        }
-        header.turn_to(&mut scopes, &[])?;
+            io::Result::Ok(())
+        })?;
         header.out.upscope()?;
         header.out.enddefinitions()?;
         out.write_all(&text)?;
@@ -275,19 +275,6 @@ struct Header<W: Write> {
 }
 
 impl<W: Write> Header<W> {
-    /// Leaves and enters scopes.
-    fn turn_to<'a>(&mut self, from: &mut &'a [String], to: &'a [String]) -> io::Result<()> {
-        let common = from.iter().zip(to).take_while(|(a, b)| a == b).count();
-        for _ in common..from.len() {
-            self.out.upscope()?;
-        }
-        for name in &to[common..] {
-            self.out.scope_def(ScopeType::Module, name)?;
-        }
-        *from = to;
-        Ok(())
-    }
-
     fn signal(&mut self, name: &str, width: u32, kind: Kind) -> io::Result<Var> {
         if let Kind::State(states) = kind {
             let id = self.table(states, width)?;

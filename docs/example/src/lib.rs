@@ -6,13 +6,16 @@
 use pellucid_hw::allocator::{Config, Contract, In, Moore};
 use pellucid_sim::{Block, Signals, Stream};
 
-/// A bit for each section.
-pub struct LowestFirst;
+/// A bit for each section. What it offers it holds until it is taken, unless it is hasty.
+pub struct Bits<const HASTY: bool>;
 
-/// The same with a fault: it offers the lowest free section of every cycle.
-pub struct Hasty;
+/// The one that is right.
+pub type LowestFirst = Bits<false>;
 
-/// Registers of both.
+/// The one with a fault: it offers the lowest free section of every cycle.
+pub type Hasty = Bits<true>;
+
+/// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Config)]
 pub struct State {
@@ -29,26 +32,9 @@ fn lowest(free: u32) -> Stream<u32> {
     if free == 0 { Stream::idle() } else { Stream::offer(free.trailing_zeros()) }
 }
 
-fn all(cfg: &Config) -> State {
-    let free = u32::MAX.checked_shr(u32::BITS - cfg.sections).unwrap_or(0);
-    State { free, offer: lowest(free) }
-}
+impl<const HASTY: bool> Contract for Bits<HASTY> {}
 
-/// The sections that are free after the cycle.
-fn free_after(q: &State, grant: Stream<u32>, i: In) -> u32 {
-    let mut free = q.free;
-    if i.take && grant.valid {
-        free &= !(1 << grant.payload);
-    }
-    if i.release.valid {
-        free |= 1 << i.release.payload;
-    }
-    free
-}
-
-impl Contract for LowestFirst {}
-
-impl Block for LowestFirst {
+impl<const HASTY: bool> Block for Bits<HASTY> {
     type Config = Config;
     type State = State;
     type In = In;
@@ -57,40 +43,23 @@ impl Block for LowestFirst {
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
-        all(cfg)
+        let free = u32::MAX.checked_shr(u32::BITS - cfg.sections).unwrap_or(0);
+        State { free, offer: lowest(free) }
     }
     fn memories(_: &Config) {}
     fn moore(_: &Config, q: &State, _: &()) -> Moore {
         Moore { grant: q.offer, exhausted: q.free == 0 }
     }
     fn next(_: &Config, q: &State, d: &mut State, _: &mut (), i: In) {
-        d.free = free_after(q, q.offer, i);
+        if i.take && q.offer.valid {
+            d.free &= !(1 << q.offer.payload);
+        }
+        if i.release.valid {
+            d.free |= 1 << i.release.payload;
+        }
         // What is offered stays until it is taken.
-        if i.take || !q.offer.valid {
+        if HASTY || i.take || !q.offer.valid {
             d.offer = lowest(d.free);
         }
-    }
-}
-
-impl Contract for Hasty {}
-
-impl Block for Hasty {
-    type Config = Config;
-    type State = State;
-    type In = In;
-    type Moore = Moore;
-    type Out = ();
-    type Mem = ();
-
-    fn reset(cfg: &Config) -> State {
-        all(cfg)
-    }
-    fn memories(_: &Config) {}
-    fn moore(_: &Config, q: &State, _: &()) -> Moore {
-        Moore { grant: q.offer, exhausted: q.free == 0 }
-    }
-    fn next(_: &Config, q: &State, d: &mut State, _: &mut (), i: In) {
-        d.free = free_after(q, q.offer, i);
-        d.offer = lowest(d.free);
     }
 }

@@ -134,6 +134,17 @@ struct Player<'a> {
     size: String,
 }
 
+impl<'a> Player<'a> {
+    fn new(
+        name: &'static str,
+        wave: Option<PathBuf>,
+        play: impl FnMut() -> Played + 'a,
+    ) -> Player<'a> {
+        let (play, seconds, size) = (Box::new(play), vec![], String::new());
+        Player { name, wave, without: None, play, seconds, size }
+    }
+}
+
 /// Lets all play in turns, several rounds, of which the first warms up. The last is what the others are
 /// compared with.
 fn compare(what: &str, rounds: usize, players: &mut [Player]) {
@@ -179,14 +190,8 @@ fn wave(folder: &Path, format: FileFormat, cycles: u64, scopes: &[&str]) -> Opti
 /// A player of the Rust simulation.
 fn rust<'a>(name: &'static str, frame: &'a Frame, job: Option<WaveJob>) -> Player<'a> {
     let mut bench = Bench::<Machine>::new(Config::new(frame.screen, Params::default()).unwrap());
-    Player {
-        name,
-        wave: job.as_ref().map(|job| job.path.clone()),
-        without: None,
-        play: Box::new(move || play(&mut bench, frame, job.as_ref())),
-        seconds: vec![],
-        size: String::new(),
-    }
+    let wave = job.as_ref().map(|job| job.path.clone());
+    Player::new(name, wave, move || play(&mut bench, frame, job.as_ref()))
 }
 
 /// A player of the model that Verilator builds.
@@ -203,27 +208,14 @@ fn verilator<'a>(
         verilated.translated, verilated.compiled
     );
     let wave = folder.join("verilator.vcd");
-    Player {
-        name,
-        wave: (trace != Trace::Off).then(|| wave.clone()),
-        without: None,
-        play: Box::new(move || verilated.play(&wave)),
-        seconds: vec![],
-        size: String::new(),
-    }
+    let written = (trace != Trace::Off).then(|| wave.clone());
+    Player::new(name, written, move || verilated.play(&wave))
 }
 
 /// A player of the Rust simulation, without its bench, whose waveform is written by crate `vcd` alone.
 fn bare<'a>(name: &'static str, folder: &Path, frame: &'a Frame, traced: bool) -> Player<'a> {
     let wave = traced.then(|| folder.join("bare.vcd"));
-    Player {
-        name,
-        wave: wave.clone(),
-        without: None,
-        play: Box::new(move || bare::play(frame, wave.as_deref())),
-        seconds: vec![],
-        size: String::new(),
-    }
+    Player::new(name, wave.clone(), move || bare::play(frame, wave.as_deref()))
 }
 
 fn main() {

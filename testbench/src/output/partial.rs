@@ -4,7 +4,7 @@
 //! final name is whole. A full disk or a signal leaves it there, cut at the last flush after which it can be
 //! opened; only a frame that cannot be read removes it.
 
-use super::{OutputError, reason};
+use super::{OutputError, reason, target};
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -45,8 +45,16 @@ pub struct PartialFile {
 #[derive(Debug)]
 pub struct PartialName {
     path: PathBuf,
-    /// Where it grows, if that is another place.
-    partial: Option<PathBuf>,
+    /// Nothing if it is written in its place.
+    grows: Option<Grows>,
+}
+
+/// A file that grows in another place.
+#[derive(Debug)]
+struct Grows {
+    partial: PathBuf,
+    /// What it becomes.
+    to: PathBuf,
 }
 
 /// Starts the file that will be `path`.
@@ -54,20 +62,14 @@ pub struct PartialName {
 /// # Errors
 /// The folder is missing or not writable, or `path` is a folder.
 pub fn create(path: &Path) -> Result<(PartialFile, PartialName), OutputError> {
-    // A device or a pipe is written directly, as any output is.
-    let grows = match fs::metadata(path) {
-        Ok(found) if found.is_dir() => {
-            let error = io::ErrorKind::IsADirectory.into();
-            return Err(OutputError::write(path, &error));
-        }
-        Ok(found) if !found.is_file() => None,
-        _ => Some(partial(path)),
-    };
-    let file = File::create(grows.as_deref().unwrap_or(path));
-    let file = file.map_err(|error| OutputError::write(path, &error))?;
-    growing().extend(grows.clone());
-    let name = PartialName { path: path.to_owned(), partial: grows };
-    Ok((PartialFile { file, flushed: 0 }, name))
+    let begun = target(path).and_then(|to| {
+        let grows = to.map(|to| Grows { partial: partial(&to), to });
+        let file = File::create(grows.as_ref().map_or(path, |grows| &grows.partial))?;
+        Ok((file, grows))
+    });
+    let (file, grows) = begun.map_err(|error| OutputError::write(path, &error))?;
+    growing().extend(grows.as_ref().map(|grows| grows.partial.clone()));
+    Ok((PartialFile { file, flushed: 0 }, PartialName { path: path.to_owned(), grows }))
 }
 
 impl PartialName {
@@ -76,26 +78,26 @@ impl PartialName {
     /// # Errors
     /// The target cannot be replaced.
     pub fn finish(self) -> Result<(), OutputError> {
-        match &self.partial {
+        match &self.grows {
             None => Ok(()),
-            Some(partial) => {
-                fs::rename(partial, &self.path).map_err(|e| OutputError::write(&self.path, &e))
+            Some(Grows { partial, to }) => {
+                fs::rename(partial, to).map_err(|e| OutputError::write(&self.path, &e))
             }
         }
     }
 
     /// The file is of no use: it is removed.
     pub fn discard(self) {
-        if let Some(partial) = &self.partial {
+        if let Some(Grows { partial, .. }) = &self.grows {
             let _ = fs::remove_file(partial);
         }
     }
 
     /// The error of writing it: tells where what was written is.
     pub fn error(&self, error: &io::Error) -> OutputError {
-        match &self.partial {
+        match &self.grows {
             None => OutputError::write(&self.path, error),
-            Some(partial) => OutputError::Partial {
+            Some(Grows { partial, .. }) => OutputError::Partial {
                 path: self.path.clone(),
                 reason: reason(error),
                 partial: partial.clone(),
@@ -106,7 +108,7 @@ impl PartialName {
 
 impl Drop for PartialName {
     fn drop(&mut self) {
-        growing().retain(|path| Some(path) != self.partial.as_ref());
+        growing().retain(|path| self.grows.as_ref().is_none_or(|grows| grows.partial != *path));
     }
 }
 

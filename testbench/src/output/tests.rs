@@ -138,3 +138,21 @@ fn an_unwritable_folder_is_refused() {
         "cannot use `/proc` as output folder: No such file or directory"
     );
 }
+
+/// A waveform's file, too: what the link points to is replaced, the link stays.
+#[cfg(unix)]
+#[test]
+fn a_growing_file_follows_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let (real, link) = (folder.path().join("real.vcd"), folder.path().join("wave.vcd"));
+    fs::write(&real, "old").unwrap();
+    std::os::unix::fs::symlink(&real, &link).unwrap();
+    let (mut file, name) = partial::create(&link).unwrap();
+    file.write_all(b"new").unwrap();
+    file.flush().unwrap();
+    assert_eq!(fs::read(&real).unwrap(), b"old");
+    drop(file);
+    name.finish().unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(fs::read(&real).unwrap(), b"new");
+}
