@@ -19,6 +19,7 @@ pub mod report;
 pub mod reproduce;
 pub mod scene;
 pub mod scoreboard;
+pub mod settings;
 pub mod source;
 pub mod stimulus;
 pub mod trace;

@@ -1,11 +1,11 @@
 //! Which machine: an architecture and its parameters.
 
 use crate::arch::{ARCHITECTURES, Architecture, Runnable, Setting, SettingError};
-use crate::output::reason;
-use anyhow::{anyhow, bail};
+use crate::settings::{self, SettingsError};
+use anyhow::anyhow;
 use clap::Args;
 use pellucid_hw::pixel::Screen;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(Args)]
 pub(super) struct MachineArgs {
@@ -32,28 +32,20 @@ impl MachineArgs {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Runnable>> {
-        Ok(self.arch()?.build(screen, self.preset.as_deref(), &settings(self)?)?)
+        Ok(self.arch()?.build(screen, self.preset.as_deref(), &given(self)?)?)
     }
 }
 
 /// The settings of the file, then those of the command line.
-fn settings(args: &MachineArgs) -> anyhow::Result<Vec<Setting>> {
+fn given(args: &MachineArgs) -> Result<Vec<Setting>, SettingsError> {
     let mut settings = match &args.config {
-        Some(path) => file_settings(path)?,
+        Some(path) => settings::read(path)?,
         None => vec![],
     };
     for text in &args.param {
-        settings.push(setting(text, format!("-p {text}"))?);
+        settings.push(settings::parse(text, format!("-p {text}"))?);
     }
     Ok(settings)
-}
-
-fn setting(text: &str, origin: String) -> anyhow::Result<Setting> {
-    let Some((name, value)) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty())
-    else {
-        bail!("{origin}: expected NAME=VALUE");
-    };
-    Ok(Setting { name: name.trim().to_string(), value: value.trim().to_string(), origin })
 }
 
 /// One machine of several.
@@ -96,8 +88,8 @@ impl Choice {
         };
         let arch = Architecture::named(arch.trim()).map_err(|e| anyhow!("{origin}: {e}"))?;
         let preset = preset.unwrap_or_else(|| (arch.presets)().first().map_or("", |p| p.0));
-        let settings = parts.map(|part| setting(part, origin.clone()));
-        let settings = settings.collect::<anyhow::Result<_>>()?;
+        let settings = parts.map(|part| settings::parse(part, origin.clone()));
+        let settings = settings.collect::<Result<_, _>>()?;
         Ok(Choice { origin, ..Choice::new(arch, preset, settings) })
     }
 
@@ -109,28 +101,4 @@ impl Choice {
             other => anyhow!("{}: {other}", self.origin),
         })
     }
-}
-
-fn file_settings(path: &Path) -> anyhow::Result<Vec<Setting>> {
-    let shown = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| anyhow!("cannot read `{shown}`: {}", reason(&e)))?;
-    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        anyhow!("`{shown}`, line {}: {}", before.matches('\n').count() + 1, error.message())
-    })?;
-    let mut settings = vec![];
-    for (name, value) in table {
-        let value = match value {
-            toml::Value::Integer(n) => n.to_string(),
-            toml::Value::String(s) => s,
-            other => bail!(
-                "`{shown}`, key `{name}`: found {}, expected a number or a string",
-                other.type_str()
-            ),
-        };
-        let origin = format!("`{shown}`, key `{name}`");
-        settings.push(Setting { name, value, origin });
-    }
-    Ok(settings)
 }

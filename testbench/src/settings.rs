@@ -1,0 +1,87 @@
+//! Settings as users write them: `NAME=VALUE`, and TOML files of lines `name = value`.
+
+use crate::arch::Setting;
+use crate::output::reason;
+use std::path::{Path, PathBuf};
+
+/// A text or a file that is no settings.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SettingsError {
+    /// The text does not name a parameter and its value.
+    #[error("{origin}: expected NAME=VALUE")]
+    Form {
+        /// Where it was given.
+        origin: String,
+    },
+    /// The file is missing, cannot be read, or is no text.
+    #[error("cannot read `{}`: {reason}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: String,
+    },
+    /// The file is no TOML.
+    #[error("`{}`, line {line}: {problem}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line number, from 1.
+        line: usize,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// A value in the file is neither a number nor a string.
+    #[error("`{}`, key `{name}`: found {found}, expected a number or a string", path.display())]
+    Kind {
+        /// The file.
+        path: PathBuf,
+        /// The key.
+        name: String,
+        /// What its value is.
+        found: &'static str,
+    },
+}
+
+/// The setting that `text` gives, `NAME=VALUE`.
+///
+/// # Errors
+/// It has no `=`, or no name before it.
+pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
+    match text.split_once('=').map(|(name, value)| (name.trim(), value.trim())) {
+        Some((name, value)) if !name.is_empty() => {
+            Ok(Setting { name: name.to_string(), value: value.to_string(), origin })
+        }
+        _ => Err(SettingsError::Form { origin }),
+    }
+}
+
+/// The settings of a TOML file of lines `name = value`.
+///
+/// # Errors
+/// The file cannot be read, or has anything but numbers and strings.
+pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| SettingsError::Read { path: path.to_owned(), reason: reason(&e) })?;
+    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        SettingsError::Line {
+            path: path.to_owned(),
+            line: before.matches('\n').count() + 1,
+            problem: error.message().to_string(),
+        }
+    })?;
+    let setting = |(name, value)| {
+        let value = match value {
+            toml::Value::Integer(n) => n.to_string(),
+            toml::Value::String(s) => s,
+            other => {
+                let (path, found) = (path.to_owned(), other.type_str());
+                return Err(SettingsError::Kind { path, name, found });
+            }
+        };
+        let origin = format!("`{}`, key `{name}`", path.display());
+        Ok(Setting { name, value, origin })
+    };
+    table.into_iter().map(setting).collect()
+}
