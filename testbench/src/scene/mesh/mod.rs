@@ -51,6 +51,15 @@ pub(super) fn load(path: &str) -> Result<Vec<Part>, SceneError> {
     }
 }
 
+/// The content of a file that a mesh names. A device may have no end, and a pipe may never have a beginning.
+fn content(path: &str) -> io::Result<Vec<u8>> {
+    let found = fs::metadata(path)?;
+    match found.is_file() || found.is_dir() {
+        true => fs::read(path),
+        false => Err(io::Error::other("it is a device or a pipe, expected a regular file")),
+    }
+}
+
 /// The error for a name that is no file: a misspelt scene unless it looks like a path.
 fn not_there(name: &str) -> SceneError {
     if name.contains(['.', '/', '\\']) {

@@ -6,14 +6,13 @@
 mod indices;
 mod lines;
 
-use super::bad;
+use super::{bad, content};
 use crate::scene::SceneError;
 use crate::scene::geometry::{DEFAULT_ALPHA, Part};
 use glam::Vec3;
 use indices::check_indices;
 use lines::{Tracked, words};
 use std::cell::RefCell;
-use std::fs;
 use std::io;
 use std::path::Path;
 use tobj::{LoadError, LoadOptions, Material, Mesh, Model};
@@ -49,8 +48,10 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
         .collect();
     if parts.iter().flat_map(|part| &part.positions).any(|position| !position.is_finite()) {
         let infinite = |words: Vec<&str>| {
-            words.first() == Some(&"v")
-                && words[1..].iter().take(3).any(|w| !w.parse().is_ok_and(f32::is_finite))
+            // A fourth number of four divides the others.
+            let divisor = if words.len() == 5 { words[4].parse().unwrap_or(1.0) } else { 1.0 };
+            let finite = |word: &&str| word.parse().is_ok_and(|x: f32| (x / divisor).is_finite());
+            words.first() == Some(&"v") && !words[1..].iter().take(3).all(finite)
         };
         let line = words(&bytes).position(infinite).map(|line| line + 1);
         return Err(bad(path, line, "the vertex is not finite"));
@@ -60,7 +61,7 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
 
 /// The content of a material library, nothing if it does not exist.
 fn library_content(path: &str) -> Result<Vec<u8>, SceneError> {
-    let bytes = match fs::read(path) {
+    let bytes = match content(path) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(source) => {

@@ -79,8 +79,16 @@ fn stem(path: &str) -> String {
     without(".ply.gz").or_else(|| without(".ply")).unwrap_or_else(|| name.to_string())
 }
 
-/// Refuses a header without the elements and properties that a mesh needs.
+/// Refuses a header without the elements and properties that a mesh needs, and elements that take no bytes: the file
+/// would not say where they end.
 fn check(path: &str, header: &Header) -> Result<(), SceneError> {
+    let nothing = |element: &&ElementDef| element.count > 0 && element.properties.is_empty();
+    if let Some(ElementDef { name, count, .. }) = header.elements.values().find(nothing) {
+        let what = format!(
+            "the header declares {count} of the element `{name}` without a property, expected one or more"
+        );
+        return Err(bad(path, None, what));
+    }
     let element = |name: &str| {
         let missing = || bad(path, None, format!("the header has no element `{name}`"));
         header.elements.get(name).ok_or_else(missing)

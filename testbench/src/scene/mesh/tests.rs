@@ -42,6 +42,17 @@ fn no_cut_or_changed_byte_makes_a_loader_panic() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn a_device_that_a_mesh_names_is_refused() {
+    let refused = "/dev/zero: cannot be read: it is a device or a pipe, expected a regular file";
+    let library = format!("mtllib /dev/zero\n{}", obj::OBJ);
+    let buffer = gltf::gltf(r#""uri":"/dev/zero","#);
+    for (name, content) in [("a.obj", library), ("a.gltf", buffer)] {
+        assert_eq!(loaded(name, content).unwrap_err().to_string(), refused);
+    }
+}
+
 #[test]
 fn what_is_no_mesh_file_is_refused() {
     let folder = TempDir::new().unwrap();

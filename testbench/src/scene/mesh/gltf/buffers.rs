@@ -3,15 +3,14 @@
 //! A buffer is the binary part of a GLB, a base64 `data:` URI, or a file next to the mesh. An accessor that reaches
 //! beyond its buffer, or whose type does not fit its use, is an error. Sparse accessors are not supported.
 
-use super::bad;
 use crate::scene::SceneError;
+use crate::scene::mesh::{bad, content};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::accessor::DataType;
 use gltf::buffer::Source;
 use gltf::{Accessor, Document};
 use percent_encoding::percent_decode_str;
-use std::fs;
 use std::path::Path;
 
 /// The content of all buffers of a document.
@@ -42,7 +41,7 @@ impl Buffers {
                         let name = percent_decode_str(uri).decode_utf8_lossy();
                         let file = Path::new(path).with_file_name("").join(&*name);
                         let path = file.to_string_lossy().into_owned();
-                        fs::read(&file).map_err(|source| SceneError::Unreadable { path, source })?
+                        content(&path).map_err(|source| SceneError::Unreadable { path, source })?
                     }
                 },
             };

@@ -4,7 +4,7 @@ use super::*;
 use glam::{Vec3, Vec4, vec3, vec4};
 
 /// One triangle at a node that is moved by (10, 0, 0) and mirrored, below one that is moved by (0, 5, 0).
-fn gltf(buffer: &str) -> String {
+pub(super) fn gltf(buffer: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
         "nodes":[{{"name":"hall","translation":[0,5,0],"children":[1]}},

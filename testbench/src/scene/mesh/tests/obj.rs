@@ -40,6 +40,7 @@ fn a_bad_obj_is_refused_with_its_line() {
     let cases = [
         (OBJ.replace("v 1 1 0", "v 1 1"), "a.obj, line 4: expected a vertex as v X Y Z"),
         (OBJ.replace("v 1 1 0", "v inf 1 0"), "a.obj, line 4: the vertex is not finite"),
+        (OBJ.replace("v 1 1 0", "v 1 1 0 1e-45"), "a.obj, line 4: the vertex is not finite"),
         (
             OBJ.replace("v 1 1 0", "v 1 1 0 0"),
             "a.obj, line 4: expected a vertex as v X Y Z W with W other than 0",

@@ -79,6 +79,10 @@ fn a_bad_ply_is_refused_with_its_line() {
             "a.ply: the header has no number `z` in the element `vertex`",
         ),
         (
+            PLY.replace("element face", "element none 4000000000\nelement face"),
+            "a.ply: the header declares 4000000000 of the element `none` without a property, expected one or more",
+        ),
+        (
             PLY.replace("indices", "x"),
             "a.ply: the header has no list `vertex_indices` in the element `face`",
         ),
