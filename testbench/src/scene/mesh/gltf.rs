@@ -16,6 +16,9 @@ use glam::{Mat3, Mat4, Vec3, Vec4};
 
 /// Size of a GLB's header.
 const GLB_HEADER_BYTES: u8 = 12;
+/// Most vertices and indices beyond the bytes of all buffers. Nodes can share a mesh and primitives an accessor, so that a
+/// small file could ask for any number.
+const MOST_SHARED: usize = 1 << 25;
 
 /// Loads the content of a glTF or GLB file.
 pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
@@ -29,6 +32,7 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
         scene.nodes().map(|node| (node, Mat4::IDENTITY)).collect();
     to_visit.reverse();
     let mut visited = vec![false; document.nodes().count()];
+    let mut room = buffers.bytes().saturating_add(MOST_SHARED);
     while let Some((node, above)) = to_visit.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(bad(
@@ -39,10 +43,10 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
         }
         let transform = above * Mat4::from_cols_array_2d(&node.transform().matrix());
         for (i, primitive) in node.mesh().iter().flat_map(|mesh| mesh.primitives()).enumerate() {
-            let part = part(&node, &primitive, transform, &buffers).map_err(|what| {
-                bad(path, None, format!("node {}, primitive {i}: {what}", node.index()))
-            })?;
-            parts.extend(part);
+            let bad =
+                |what| bad(path, None, format!("node {}, primitive {i}: {what}", node.index()));
+            take(&mut room, &primitive).map_err(bad)?;
+            parts.extend(part(&node, &primitive, transform, &buffers).map_err(bad)?);
         }
         let first_child = to_visit.len();
         to_visit.extend(node.children().map(|child| (child, transform)));
@@ -73,6 +77,18 @@ fn parse(path: &str, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneE
         }
     }
     Ok((Document::from_json(json).map_err(invalid)?, blob))
+}
+
+/// Takes the room of a primitive, its vertices and its indices from what is left.
+fn take(room: &mut usize, primitive: &Primitive) -> Result<(), String> {
+    let accessors = primitive.get(&Semantic::Positions).into_iter().chain(primitive.indices());
+    let wanted = accessors.fold(1, |sum: usize, accessor| sum.saturating_add(accessor.count()));
+    *room = room.checked_sub(wanted).ok_or_else(|| {
+        format!(
+            "is one too many, expected at most {MOST_SHARED} vertices and indices that are shared"
+        )
+    })?;
+    Ok(())
 }
 
 /// A primitive's triangles in scene coordinates; none if it is made of points or lines.
@@ -173,6 +189,33 @@ fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn room_is_taken_until_there_is_none() {
+        let json = br#"{"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"count":3,"type":"VEC3"}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":0}]}]}"#;
+        let (document, _) = parse("a.gltf", json).unwrap();
+        let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
+        let mut room = 13;
+        take(&mut room, &primitive).unwrap();
+        assert_eq!(room, 6, "itself, three vertices and three indices are taken");
+        assert_eq!(
+            take(&mut room, &primitive).unwrap_err(),
+            "is one too many, expected at most 33554432 vertices and indices that are shared"
+        );
+    }
+
+    #[test]
+    fn buffers_in_the_same_file_share_its_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.gltf");
+        let json = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a.gltf","byteLength":9},
+            {"uri":"./a.gltf","byteLength":42},{"uri":"data:;base64,AAAA","byteLength":3}]}"#;
+        std::fs::write(&path, json).unwrap();
+        let (document, _) = parse("a.gltf", json.as_bytes()).unwrap();
+        let buffers = Buffers::load(path.to_str().unwrap(), &document, None).unwrap();
+        assert_eq!(buffers.bytes(), json.len() + 3);
+    }
 
     #[test]
     fn strips_and_fans_become_triangles() {

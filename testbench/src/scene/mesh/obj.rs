@@ -13,29 +13,20 @@ use glam::Vec3;
 use indices::check_indices;
 use lines::{Tracked, words};
 use std::cell::RefCell;
+use std::collections::HashSet;
+use std::fs;
 use std::io;
-use std::path::Path;
-use tobj::{LoadError, LoadOptions, Material, Mesh, Model};
+use std::path::{Path, PathBuf};
+use tobj::{LoadError, LoadOptions, MTLLoadResult, Material, Mesh, Model};
 
 /// Loads the content of an OBJ file.
 pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
     check_indices(path, &bytes)?;
     let options = LoadOptions { triangulate: true, single_index: true, ..LoadOptions::default() };
     let mut text = Tracked::new(&bytes);
-    let library_error = RefCell::new(None);
-    let refuse = |error| {
-        *library_error.borrow_mut() = Some(error);
-        LoadError::ReadError
-    };
-    let library = |name: &Path| {
-        let path = Path::new(path).with_file_name("").join(name).to_string_lossy().into_owned();
-        let bytes = library_content(&path).map_err(refuse)?;
-        let mut text = Tracked::new(&bytes);
-        let expected = "expected a line of a material library";
-        tobj::load_mtl_buf(&mut text).map_err(|_| refuse(bad(&path, Some(text.line()), expected)))
-    };
-    let loaded = tobj::load_obj_buf(&mut text, &options, library);
-    if let Some(error) = library_error.into_inner() {
+    let libraries = Libraries::of(path);
+    let loaded = tobj::load_obj_buf(&mut text, &options, |name| libraries.load(name));
+    if let Some(error) = libraries.error.into_inner() {
         return Err(error);
     }
     let (models, materials) =
@@ -57,6 +48,40 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
         return Err(bad(path, line, "the vertex is not finite"));
     }
     Ok(parts)
+}
+
+/// The material libraries that a file names.
+pub(super) struct Libraries<'a> {
+    mesh: &'a Path,
+    /// Those that have been read. One that is named again would define the same once more.
+    known: RefCell<HashSet<PathBuf>>,
+    /// Why one cannot be read.
+    error: RefCell<Option<SceneError>>,
+}
+
+impl Libraries<'_> {
+    /// Those of the file with that path, none of them read yet.
+    pub fn of(path: &str) -> Libraries<'_> {
+        let (known, error) = Default::default();
+        Libraries { mesh: Path::new(path), known, error }
+    }
+
+    /// The materials of a library that is named; none if they are known.
+    pub fn load(&self, name: &Path) -> MTLLoadResult {
+        let refuse = |error| {
+            *self.error.borrow_mut() = Some(error);
+            LoadError::ReadError
+        };
+        let file = self.mesh.with_file_name("").join(name);
+        let path = file.to_string_lossy().into_owned();
+        if !self.known.borrow_mut().insert(fs::canonicalize(&file).unwrap_or(file)) {
+            return Ok(Default::default());
+        }
+        let bytes = library_content(&path).map_err(refuse)?;
+        let mut text = Tracked::new(&bytes);
+        let expected = "expected a line of a material library";
+        tobj::load_mtl_buf(&mut text).map_err(|_| refuse(bad(&path, Some(text.line()), expected)))
+    }
 }
 
 /// The content of a material library, nothing if it does not exist.

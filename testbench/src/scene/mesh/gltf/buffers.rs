@@ -11,10 +11,17 @@ use gltf::accessor::DataType;
 use gltf::buffer::Source;
 use gltf::{Accessor, Document};
 use percent_encoding::percent_decode_str;
-use std::path::Path;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
-/// The content of all buffers of a document.
-pub(super) struct Buffers(Vec<Vec<u8>>);
+/// The content of all buffers of a document; those in the same file share it.
+pub(super) struct Buffers {
+    data: Vec<Rc<Vec<u8>>>,
+    bytes: usize,
+}
 
 impl Buffers {
     /// Loads the buffers of the document that was read from `path`.
@@ -23,25 +30,35 @@ impl Buffers {
         document: &Document,
         mut blob: Option<Vec<u8>>,
     ) -> Result<Buffers, SceneError> {
-        let mut buffers = Vec::new();
+        let (mut buffers, mut bytes) = (Vec::new(), 0);
+        let mut files: HashMap<PathBuf, Rc<Vec<u8>>> = HashMap::new();
         for buffer in document.buffers() {
             let error = |what: &str| bad(path, None, format!("buffer {} {what}", buffer.index()));
             let data = match buffer.source() {
                 Source::Bin => blob
                     .take()
+                    .map(Rc::new)
                     .ok_or_else(|| error("is the binary part of a GLB, which is missing"))?,
                 Source::Uri(uri) => match uri.strip_prefix("data:") {
                     Some(data) => {
                         let (_, text) = data
                             .split_once(";base64,")
                             .ok_or_else(|| error("is no base64 data"))?;
-                        STANDARD.decode(text).map_err(|_| error("is no valid base64 data"))?
+                        let data = STANDARD.decode(text);
+                        Rc::new(data.map_err(|_| error("is no valid base64 data"))?)
                     }
                     None => {
                         let name = percent_decode_str(uri).decode_utf8_lossy();
                         let file = Path::new(path).with_file_name("").join(&*name);
                         let path = file.to_string_lossy().into_owned();
-                        content(&path).map_err(|source| SceneError::Unreadable { path, source })?
+                        match files.entry(fs::canonicalize(&file).unwrap_or(file)) {
+                            Entry::Occupied(read) => read.get().clone(),
+                            Entry::Vacant(new) => {
+                                let data = content(&path);
+                                let unreadable = |source| SceneError::Unreadable { path, source };
+                                new.insert(Rc::new(data.map_err(unreadable)?)).clone()
+                            }
+                        }
                     }
                 },
             };
@@ -49,9 +66,16 @@ impl Buffers {
                 let (found, expected) = (data.len(), buffer.length());
                 return Err(error(&format!("has {found} bytes, expected {expected}")));
             }
+            // What is shared has another owner by now: a buffer before it, beside the files.
+            bytes += if Rc::strong_count(&data) > 2 { 0 } else { data.len() };
             buffers.push(data);
         }
-        Ok(Buffers(buffers))
+        Ok(Buffers { data: buffers, bytes })
+    }
+
+    /// Bytes of all of them; what several share counts once.
+    pub fn bytes(&self) -> usize {
+        self.bytes
     }
 
     /// Vectors of `N` floats, or of integers that stand for 0..=1 or -1..=1.
@@ -105,7 +129,7 @@ impl Buffers {
         };
         let (size, count) = (accessor.size(), accessor.count());
         let stride = view.stride().unwrap_or(size).max(size);
-        let buffer = &self.0[view.buffer().index()];
+        let buffer = &self.data[view.buffer().index()];
         let bytes =
             view.offset().checked_add(view.length()).and_then(|end| buffer.get(view.offset()..end));
         let bytes = bytes.and_then(|bytes| bytes.get(accessor.offset()..));

@@ -2,6 +2,7 @@
 
 use super::ply::SQUARE;
 use super::*;
+use crate::scene::mesh::obj::Libraries;
 use glam::vec4;
 
 pub(super) const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\no door\nusemtl tinted\nf 1 2 3 4\ng knob\nf -1 -2 -3\n";
@@ -24,6 +25,17 @@ fn an_obj_has_a_part_for_each_object_and_material() {
     fs::write(folder.path().join("a.mtl"), "newmtl tinted\nKd 1 0.5\n").unwrap();
     let error = load(path.to_str().unwrap()).unwrap_err().to_string();
     assert!(error.ends_with("a.mtl, line 2: expected three numbers after Kd"), "{error}");
+}
+
+#[test]
+fn a_library_that_is_named_again_is_not_read_again() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("a.mtl"), "newmtl tinted\nKd 1 0.5 0\n").unwrap();
+    let path = folder.path().join("a.obj");
+    let libraries = Libraries::of(path.to_str().unwrap());
+    let found =
+        ["a.mtl", "a.mtl", "./a.mtl"].map(|name| libraries.load(name.as_ref()).unwrap().0.len());
+    assert_eq!(found, [1, 0, 0]);
 }
 
 #[test]
