@@ -365,18 +365,11 @@ impl Recorder {
             markers,
             first: wave.first().unwrap_or(0),
         };
-        let files = view.files(wave.layout());
+        let layout = wave.layout().clone();
         wave.finish(time).map_err(|error| name.error(&error))?;
         name.finish()?;
-        let mut folder = None;
-        for file in files {
-            let path = job.path.with_file_name(file.name);
-            if path.parent() != folder.as_deref() {
-                folder = path.parent().map(Path::to_owned);
-                folder.as_deref().map_or(Ok(()), create_dir)?;
-            }
-            put(&path, &file.text)?;
-        }
+        let folder = job.path.parent().unwrap_or(Path::new(""));
+        view.write(&layout, folder, create_dir, put)?;
         Ok(WaveReport { markers: view.markers, notes })
     }
 

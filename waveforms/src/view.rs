@@ -10,6 +10,7 @@ use crate::surfer;
 use crate::wave::FileFormat;
 use pellucid_sim::{Kind, States};
 use std::fmt::Write;
+use std::path::Path;
 
 /// A file of a set-up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -250,6 +251,29 @@ impl View {
         let mut files = gtkwave::files(self, &list);
         files.extend(surfer::files(self, &list));
         files
+    }
+
+    /// Writes these files into the folder of the waveform: `make` makes a folder, `put` writes a text.
+    ///
+    /// # Errors
+    /// What either says.
+    pub fn write<E>(
+        &self,
+        layout: &Layout,
+        folder: &Path,
+        make: impl Fn(&Path) -> Result<(), E>,
+        put: impl Fn(&Path, &str) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut made = None;
+        for file in self.files(layout) {
+            let path = folder.join(file.name);
+            if path.parent() != made.as_deref() {
+                made = path.parent().map(Path::to_owned);
+                made.as_deref().map_or(Ok(()), &make)?;
+            }
+            put(&path, &file.text)?;
+        }
+        Ok(())
     }
 
     /// Where viewers begin.

@@ -12,3 +12,8 @@
 //! How many sequences are tried is proptest's to say: `PROPTEST_CASES=10000 cargo test` tries that many.
 
 pub mod allocator;
+pub mod harness;
+pub mod reference;
+mod report;
+
+pub use report::report;

@@ -1,0 +1,71 @@
+//! What is said and shown of a sequence that breaks a property.
+
+use crate::harness::{Broken, Run, Seen};
+use crate::reference::Reference;
+use pellucid_sim::{Declare, Signals, Sink};
+use pellucid_waveforms::{FileFormat, Layout, Marker, View, Wave};
+use std::fs::{self, File};
+use std::io;
+use std::path::Path;
+
+/// What is said of a sequence that breaks a property; its waveform is written into the folder.
+pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) -> String {
+    let mut cycles = vec![];
+    let played = Run::<R>::new(setup).play(steps, &mut |seen| cycles.push(seen));
+    let Err(broken) = played else { return "no property is broken".to_string() };
+    let wave = match record(&R::config(setup), &cycles, &broken, folder) {
+        Ok(()) => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
+        Err(error) => format!("its waveform cannot be written to `{}`: {error}", folder.display()),
+    };
+    let told = R::told(setup);
+    let sequence = cycles.iter().map(line).collect::<Vec<_>>().join("\n");
+    format!("{broken}\n{wave}\n{told}, cycle by cycle:\n{sequence}")
+}
+
+/// A cycle in words.
+fn line<R: Reference>(seen: &Seen<R>) -> String {
+    let mut what = vec![];
+    what.extend(seen.reset.then(|| "reset".to_string()));
+    what.extend(R::tell(&seen.inputs));
+    let what = if what.is_empty() { "nothing".to_string() } else { what.join(", ") };
+    format!("  {:4}  {what}", seen.cycle)
+}
+
+/// Writes the waveform, with a marker where a property is broken.
+fn record<R: Reference>(
+    cfg: &R::Config,
+    cycles: &[Seen<R>],
+    broken: &Broken<R::Property>,
+    folder: &Path,
+) -> io::Result<()> {
+    let layout = Layout::new(vec![], |to: &mut dyn Declare| {
+        to.open(R::NAME);
+        <R::Block as pellucid_sim::Block>::State::declare(cfg, "registers", to);
+        to.open("wires");
+        <R::Block as pellucid_sim::Block>::In::declare(cfg, "in", to);
+        R::Outputs::declare(cfg, "out", to);
+        bool::declare(&(), "reset", to);
+        to.close();
+        to.close();
+    });
+    fs::create_dir_all(folder)?;
+    let file = File::create(folder.join("wave.vcd"))?;
+    let mut wave = Wave::new(FileFormat::Vcd, file, layout.clone(), 0)?;
+    for Seen { cycle, q, inputs, outputs, reset } in cycles {
+        wave.sample(|to| {
+            q.sample(cfg, to);
+            inputs.sample(cfg, to);
+            outputs.sample(cfg, to);
+            to.push(u64::from(*reset));
+        });
+        wave.show(*cycle)?;
+    }
+    wave.finish(broken.cycle + 1)?;
+    let view = View {
+        stem: "wave".to_string(),
+        format: FileFormat::Vcd,
+        markers: vec![Marker { cycle: broken.cycle, name: broken.property.to_string() }],
+        first: 0,
+    };
+    view.write(&layout, folder, |path| fs::create_dir_all(path), |path, text| fs::write(path, text))
+}
