@@ -129,8 +129,6 @@ where
 mod tests {
     use super::*;
     use crate::Memory;
-    use proptest::prelude::*;
-    use std::collections::VecDeque;
 
     /// The registers, clocked by hand since their widths depend on the depth alone.
     struct Clocked {
@@ -170,31 +168,6 @@ mod tests {
             let seen = fifo.step(Some(k), true);
             assert!(seen.ready);
             assert_eq!(seen.front.valid.then_some(seen.front.payload), k.checked_sub(1));
-        }
-    }
-
-    proptest! {
-        #[test]
-        fn behaves_as_a_queue(
-            depth in 1u32..6,
-            steps in proptest::collection::vec((any::<Option<u32>>(), any::<bool>()), 0..200),
-        ) {
-            let mut fifo = Clocked::new(depth);
-            let mut model = VecDeque::new();
-            for (push, pop) in steps {
-                let seen = fifo.step(push, pop);
-                prop_assert_eq!(seen.ready, model.len() < depth as usize);
-                prop_assert_eq!(seen.front.valid, !model.is_empty());
-                if let Some(front) = model.front() {
-                    prop_assert_eq!(seen.front.payload, *front);
-                }
-                if pop {
-                    model.pop_front();
-                }
-                if let (Some(item), true) = (push, seen.ready) {
-                    model.push_back(item);
-                }
-            }
         }
     }
 }

@@ -12,8 +12,10 @@
 //! How many sequences are tried is proptest's to say: `PROPTEST_CASES=10000 cargo test` tries that many.
 
 pub mod allocator;
+pub mod fifo;
 pub mod harness;
 pub mod reference;
 mod report;
 
+pub use reference::{Judged, Reference};
 pub use report::report;

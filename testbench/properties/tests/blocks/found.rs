@@ -1,0 +1,54 @@
+//! What is found of a block with a fault.
+
+use pellucid_properties::Reference;
+use pellucid_properties::harness::{exhaust, test};
+use std::fmt::Display;
+use std::panic::catch_unwind;
+use tempfile::TempDir;
+
+/// States that are searched of each small setup.
+const SEARCHED: usize = 100_000;
+
+/// The message of what random sequences find, and the folder of its waveform.
+pub fn found<R: Reference>() -> (String, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_owned();
+    let panic = catch_unwind(|| test::<R>("", &path)).expect_err("it is not found");
+    (panic.downcast_ref::<String>().unwrap().clone(), folder)
+}
+
+/// Random sequences and the search find the fault, and name what it breaks.
+pub fn is_found<R: Reference>(property: R::Property) {
+    let (message, _) = found::<R>();
+    assert!(message.contains(&format!(": {property}: ")), "{message}");
+    let found = R::small().iter().find_map(|setup| exhaust::<R>(setup, SEARCHED).err());
+    let (broken, steps) = found.expect("the search does not find it");
+    assert_eq!(broken.property, property, "{broken}, after {steps:?}");
+}
+
+/// The waveform leads to where a property is broken.
+pub fn has_marker(folder: &TempDir, property: impl Display) {
+    let save = std::fs::read_to_string(folder.path().join("wave.gtkw")).unwrap();
+    assert!(save.contains(&format!("[markername] A{property}\n")), "{save}");
+}
+
+/// The values of a signal in the waveform, each with the cycle in which it begins.
+pub fn shown(folder: &TempDir, signal: &str) -> Vec<(u64, u64)> {
+    let mut wave = wellen::simple::read(folder.path().join("wave.vcd")).unwrap();
+    let name = format!("top.{signal}");
+    let signal = {
+        let hierarchy = wave.hierarchy();
+        let mut vars = hierarchy.all_vars().map(|var| &hierarchy[var]);
+        let found = vars.find(|var| var.full_name(hierarchy) == name);
+        found.unwrap_or_else(|| panic!("there is no `{name}`")).signal_ref()
+    };
+    wave.load_signals(&[signal]);
+    let times = wave.time_table().to_vec();
+    let changes = wave.get_signal(signal).unwrap().iter_changes();
+    changes
+        .map(|(at, value)| {
+            let bits = value.to_bit_string().unwrap();
+            (times[at as usize] / 10, u64::from_str_radix(&bits, 2).unwrap())
+        })
+        .collect()
+}
