@@ -123,7 +123,10 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "cycle {}: {}: ", self.cycle, self.path)?;
+        write!(f, "cycle {}: ", self.cycle)?;
+        if !self.path.is_empty() {
+            write!(f, "{}: ", self.path)?;
+        }
         match &self.kind {
             FaultKind::PortUsedTwice(port) => write!(f, "its {port} port was used twice"),
             FaultKind::Address { addr, words } => {

@@ -12,22 +12,6 @@ fn step(ram: &mut Ram1R1W<u32>, read: Option<u32>, write: Option<(u32, u32)>) ->
 }
 
 #[test]
-fn data_arrives_after_exactly_the_latency() {
-    for latency in 1..=5 {
-        let mut ram = Ram1R1W::<u32>::new(8, 32, latency, ReadDuringWrite::Old);
-        step(&mut ram, None, Some((3, 77)));
-        step(&mut ram, Some(3), None);
-        for cycle in 1..=8 {
-            assert_eq!(ram.q().valid, cycle == latency, "latency {latency}, cycle {cycle}");
-            if cycle == latency {
-                assert_eq!(ram.q().data, 77);
-            }
-            step(&mut ram, None, None);
-        }
-    }
-}
-
-#[test]
 fn reads_are_pipelined() {
     let mut ram = Ram1RW::<u32>::new(8, 32, 3);
     for addr in 0..8 {
@@ -50,33 +34,12 @@ fn reads_are_pipelined() {
 }
 
 #[test]
-fn read_during_write_is_as_declared() {
-    for (policy, expected) in [(ReadDuringWrite::Old, 1), (ReadDuringWrite::New, 2)] {
-        let mut ram = Ram1R1W::<u32>::new(4, 32, 1, policy);
-        step(&mut ram, None, Some((0, 1)));
-        assert!(!step(&mut ram, Some(0), Some((0, 2))));
-        assert_eq!(ram.q().data, expected, "{policy:?}");
-        step(&mut ram, Some(0), None);
-        assert_eq!(ram.q().data, 2);
-    }
-}
-
-#[test]
 #[cfg(debug_assertions)]
 fn a_forbidden_read_during_write_is_reported() {
     let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::Forbidden);
     step(&mut ram, None, Some((0, 1)));
     assert!(step(&mut ram, Some(0), Some((0, 2))));
     assert_eq!(ram.take_fault(), Some(FaultKind::ReadDuringWrite(0)));
-}
-
-#[test]
-fn data_stays_while_the_reader_stalls() {
-    let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
-    step(&mut ram, None, Some((1, 5)));
-    step(&mut ram, Some(1), None);
-    step(&mut ram, None, Some((1, 6)));
-    assert_eq!(ram.q(), Read { valid: false, data: 5 });
 }
 
 #[test]
@@ -109,23 +72,6 @@ fn reading_an_unwritten_word_is_reported() {
     let mut ram = Ram1R1W::<u32>::new(4, 32, 1, ReadDuringWrite::New);
     assert!(step(&mut ram, Some(2), None));
     assert_eq!(ram.take_fault(), Some(FaultKind::Unwritten(2)));
-}
-
-#[test]
-fn reset_forgets_what_is_under_way_and_keeps_the_words() {
-    let mut ram = Ram1R1W::<u32>::new(4, 32, 3, ReadDuringWrite::New);
-    step(&mut ram, None, Some((1, 5)));
-    step(&mut ram, Some(1), None);
-    ram.read(1);
-    ram.reset();
-    for _ in 0..6 {
-        step(&mut ram, None, None);
-        assert!(!ram.q().valid);
-    }
-    step(&mut ram, Some(1), None);
-    step(&mut ram, None, None);
-    step(&mut ram, None, None);
-    assert_eq!(ram.q(), Read { valid: true, data: 5 });
 }
 
 /// A word of three bits.

@@ -185,7 +185,7 @@ impl<A: Contract + 'static> Reference for Model<A> {
     fn outputs(seen: &Moore, _: Option<&()>) -> Moore {
         *seen
     }
-    fn tell(inputs: &In) -> Vec<String> {
+    fn tell(&self, inputs: &In) -> Vec<String> {
         let mut what = vec![];
         what.extend(inputs.take.then(|| "take".to_string()));
         let back = inputs.release;

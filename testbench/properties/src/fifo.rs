@@ -249,7 +249,7 @@ impl<F: Queue> Reference for Model<F> {
     fn outputs(seen: &Moore<u32>, _: Option<&()>) -> Moore<u32> {
         *seen
     }
-    fn tell(inputs: &In<u32>) -> Vec<String> {
+    fn tell(&self, inputs: &In<u32>) -> Vec<String> {
         let mut what = vec![];
         what.extend(inputs.push.valid.then(|| format!("push {}", inputs.push.payload)));
         what.extend(inputs.pop.then(|| "pop".to_string()));

@@ -31,7 +31,8 @@ impl<P: Display> Display for Broken<P> {
 pub(crate) struct Seen<R: Reference> {
     pub(crate) cycle: u64,
     pub(crate) q: <R::Block as Block>::State,
-    pub(crate) inputs: <R::Block as Block>::In,
+    /// None where it is reset or only looked at.
+    pub(crate) inputs: Option<<R::Block as Block>::In>,
     pub(crate) outputs: R::Outputs,
     pub(crate) reset: bool,
 }
@@ -71,7 +72,7 @@ impl<R: Reference> Run<R> {
     fn step(
         &mut self,
         step: Option<&R::Step>,
-        show: &mut dyn FnMut(Seen<R>),
+        show: &mut dyn FnMut(&R, Seen<R>),
     ) -> Result<(), Broken<R::Property>> {
         let looked = self.look();
         let (q, seen) = (*self.sim.state(), self.sim.moore());
@@ -94,13 +95,14 @@ impl<R: Reference> Run<R> {
             },
         }
         if step.is_some() || looked.is_err() {
-            show(Seen {
+            let seen = Seen {
                 cycle: self.cycle,
                 q,
-                inputs: inputs.flatten().unwrap_or_else(|| low(self.sim.config())),
+                inputs: inputs.flatten(),
                 outputs: R::outputs(&seen, out.as_ref()),
                 reset: inputs.is_some_and(|inputs| inputs.is_none()),
-            });
+            };
+            show(&self.reference, seen);
         }
         looked?;
         self.broken(judged)?;
@@ -115,7 +117,7 @@ impl<R: Reference> Run<R> {
     pub(crate) fn play<'a>(
         &mut self,
         steps: impl IntoIterator<Item = &'a R::Step>,
-        show: &mut dyn FnMut(Seen<R>),
+        show: &mut dyn FnMut(&R, Seen<R>),
     ) -> Result<(), Broken<R::Property>> {
         for step in steps {
             self.step(Some(step), show)?;
@@ -142,17 +144,12 @@ impl<R: Reference> Run<R> {
     }
 }
 
-/// Inputs that are all low.
-fn low<I: Signals>(cfg: &I::Config) -> I {
-    I::restore(cfg, &mut std::iter::repeat(0))
-}
-
 /// Plays a sequence.
 ///
 /// # Errors
 /// The first property that is broken.
 pub fn check<R: Reference>(setup: &R::Setup, steps: &[R::Step]) -> Result<(), Broken<R::Property>> {
-    Run::<R>::new(setup).play(steps, &mut |_| {})
+    Run::<R>::new(setup).play(steps, &mut |_, _| {})
 }
 
 /// What a search has found: a broken property and the shortest sequence that breaks it.
@@ -170,7 +167,7 @@ pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Fou
         // A block cannot be copied: the way to the state is gone again.
         let mut run = Run::<R>::new(setup);
         let mut way = steps.iter();
-        let played = way.try_for_each(|step| run.step(Some(step), &mut |_| {}));
+        let played = way.try_for_each(|step| run.step(Some(step), &mut |_, _| {}));
         if let Err(broken) = played.and_then(|()| if run.over { Ok(()) } else { run.look() }) {
             return Err((broken, steps));
         }
@@ -182,7 +179,7 @@ pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Fou
             longer.push(step);
             longer
         }));
-        if let Err(broken) = run.play([], &mut |_| {}) {
+        if let Err(broken) = run.play([], &mut |_, _| {}) {
             return Err((broken, steps));
         }
     }
@@ -226,7 +223,7 @@ pub fn test<R: Reference>(source: &'static str, folder: &Path) {
                 seen.fetch_add(1, Ordering::SeqCst);
             }
         });
-        let played = Run::<R>::new(&setup).play(counted, &mut |_| {});
+        let played = Run::<R>::new(&setup).play(counted, &mut |_, _| {});
         played.map_err(|broken| TestCaseError::fail(broken.to_string()))
     });
     match tried {

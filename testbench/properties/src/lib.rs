@@ -14,8 +14,10 @@
 pub mod allocator;
 pub mod fifo;
 pub mod harness;
+pub mod ram;
 pub mod reference;
 mod report;
+pub mod stream;
 
 pub use reference::{Judged, Reference};
 pub use report::report;

@@ -76,6 +76,6 @@ pub trait Reference: Sized + 'static {
         seen: &<Self::Block as Block>::Moore,
         out: Option<&<Self::Block as Block>::Out>,
     ) -> Self::Outputs;
-    /// The inputs of a cycle in words; none where nothing happens.
-    fn tell(inputs: &<Self::Block as Block>::In) -> Vec<String>;
+    /// The inputs that it gave last, in words; none where nothing happens.
+    fn tell(&self, inputs: &<Self::Block as Block>::In) -> Vec<String>;
 }

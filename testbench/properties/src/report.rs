@@ -2,31 +2,34 @@
 
 use crate::harness::{Broken, Run, Seen};
 use crate::reference::Reference;
-use pellucid_sim::{Declare, Signals, Sink};
+use pellucid_sim::{Block, Declare, Signals, Sink};
 use pellucid_waveforms::{FileFormat, Layout, Marker, View, Wave};
 use std::fs::{self, File};
 use std::io;
+use std::iter;
 use std::path::Path;
 
 /// What is said of a sequence that breaks a property; its waveform is written into the folder.
 pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) -> String {
-    let mut cycles = vec![];
-    let played = Run::<R>::new(setup).play(steps, &mut |seen| cycles.push(seen));
+    let (mut cycles, mut lines) = (vec![], vec![]);
+    let played = Run::<R>::new(setup).play(steps, &mut |reference, seen| {
+        lines.push(line(reference, &seen));
+        cycles.push(seen);
+    });
     let Err(broken) = played else { return "no property is broken".to_string() };
     let wave = match record(&R::config(setup), &cycles, &broken, folder) {
         Ok(()) => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
         Err(error) => format!("its waveform cannot be written to `{}`: {error}", folder.display()),
     };
     let told = R::told(setup);
-    let sequence = cycles.iter().map(line).collect::<Vec<_>>().join("\n");
-    format!("{broken}\n{wave}\n{told}, cycle by cycle:\n{sequence}")
+    format!("{broken}\n{wave}\n{told}, cycle by cycle:\n{}", lines.join("\n"))
 }
 
 /// A cycle in words.
-fn line<R: Reference>(seen: &Seen<R>) -> String {
+fn line<R: Reference>(reference: &R, seen: &Seen<R>) -> String {
     let mut what = vec![];
     what.extend(seen.reset.then(|| "reset".to_string()));
-    what.extend(R::tell(&seen.inputs));
+    what.extend(seen.inputs.iter().flat_map(|inputs| reference.tell(inputs)));
     let what = if what.is_empty() { "nothing".to_string() } else { what.join(", ") };
     format!("  {:4}  {what}", seen.cycle)
 }
@@ -40,9 +43,9 @@ fn record<R: Reference>(
 ) -> io::Result<()> {
     let layout = Layout::new(vec![], |to: &mut dyn Declare| {
         to.open(R::NAME);
-        <R::Block as pellucid_sim::Block>::State::declare(cfg, "registers", to);
+        <R::Block as Block>::State::declare(cfg, "registers", to);
         to.open("wires");
-        <R::Block as pellucid_sim::Block>::In::declare(cfg, "in", to);
+        <R::Block as Block>::In::declare(cfg, "in", to);
         R::Outputs::declare(cfg, "out", to);
         bool::declare(&(), "reset", to);
         to.close();
@@ -51,10 +54,12 @@ fn record<R: Reference>(
     fs::create_dir_all(folder)?;
     let file = File::create(folder.join("wave.vcd"))?;
     let mut wave = Wave::new(FileFormat::Vcd, file, layout.clone(), 0)?;
+    // Inputs that nobody gives are low.
+    let low = <R::Block as Block>::In::restore(cfg, &mut iter::repeat(0));
     for Seen { cycle, q, inputs, outputs, reset } in cycles {
         wave.sample(|to| {
             q.sample(cfg, to);
-            inputs.sample(cfg, to);
+            inputs.unwrap_or(low).sample(cfg, to);
             outputs.sample(cfg, to);
             to.push(u64::from(*reset));
         });

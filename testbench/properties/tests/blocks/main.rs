@@ -2,3 +2,5 @@
 
 mod fifo;
 mod found;
+mod ram;
+mod stream;
