@@ -126,108 +126,28 @@ impl Block for Blender {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pixel::{div255, rgba};
-    use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen};
+    use crate::pixel::rgba;
+    use crate::test_util::{contents, edge, holding, screen};
     use pellucid_sim::{ReadDuringWrite, Sim};
-    use proptest::prelude::*;
-
-    const PIXELS: u32 = 6;
-
-    /// A plain loop, channel by channel: `div255(a*s + (255-a)*c)`, far to near.
-    fn reference(below: u32, layers: &[[u8; 4]]) -> u32 {
-        let mut colour = below.to_be_bytes().map(u32::from);
-        for &[r, g, b, a] in layers {
-            for (c, s) in colour[1..].iter_mut().zip([r, g, b]) {
-                *c = div255(u32::from(a) * u32::from(s) + (255 - u32::from(a)) * *c);
-            }
-        }
-        colour[1] << 16 | colour[2] << 8 | colour[3]
-    }
-
-    fn write(pixel: u32, colour: u32) -> WritePort<u32> {
-        let mut port = WritePort::default();
-        port.write(pixel, colour);
-        port
-    }
-
-    /// Plays pixels with their layers, far to near, over the opaque colours `below`; gives the
-    /// colours after the frame. Each write is held to its cycle and its value.
-    fn play(below: &[u32], pixels: &[(u32, Vec<[u8; 4]>)], starts: Pattern) -> Vec<u32> {
-        let mut sim = Sim::<Blender>::new(screen(PIXELS, 1));
-        let mut colours = holding(below, COLOUR_BITS, ReadDuringWrite::Forbidden);
-        let mut frame = vec![];
-        for (pixel, layers) in pixels {
-            for (k, &[r, g, b, a]) in layers.iter().enumerate() {
-                let last = k + 1 == layers.len();
-                frame.push(Marked::item(Sorted {
-                    pixel: *pixel,
-                    rgba: rgba(r, g, b, a),
-                    last,
-                    ..Sorted::default()
-                }));
-            }
-        }
-        frame.push(Marked::end());
-        let mut source = Source::new(frame, starts);
-        let mut written = 0;
-        // What came in in the cycle before.
-        let mut before: Stream<Marked<Sorted>> = Stream::idle();
-        for cycle in 0.. {
-            assert!(cycle < 10_000, "the end of the frame does not come");
-            let sorted = source.offer(cycle);
-            source.edge(true);
-            let out = sim.clock(In { sorted, colour: colours.q() }).unwrap().out;
-            colours.pass_read(out.colour_read);
-            colours.pass_write(out.colour_write);
-            edge(&mut colours);
-            let Marked { end, item } = before.payload;
-            assert_eq!(out.blended, before.valid && !end);
-            if before.valid && !end && item.last {
-                let (pixel, layers) = &pixels[written];
-                let colour = reference(below[*pixel as usize], layers);
-                assert_eq!(out.colour_write, write(*pixel, colour));
-                written += 1;
-            } else {
-                assert_eq!(out.colour_write, WritePort::default());
-            }
-            assert_eq!(out.frame_done, before.valid && end);
-            if out.frame_done {
-                break;
-            }
-            before = sorted;
-        }
-        contents(&mut colours, PIXELS)
-    }
 
     #[test]
     fn by_hand() {
         // Half white over black is 128; half black over that is (127 * 128) / 255 = 63.7.
-        let layers = vec![[255, 255, 255, 128], [0, 0, 0, 128]];
-        let colours = play(&[0; 6], &[(2, layers), (3, vec![[1, 2, 3, 255]])], Pattern::always());
-        assert_eq!(colours, [0, 0, 0x40_40_40, 0x01_02_03, 0, 0]);
-    }
-
-    #[test]
-    fn an_empty_frame_is_done_one_cycle_after_its_end() {
-        assert_eq!(play(&[7; 6], &[], Pattern::always()), [7; 6]);
-    }
-
-    proptest! {
-        /// Against a plain blend loop, each pixel written once, in the cycle after its last fragment.
-        #[test]
-        fn behaves_as_a_plain_blend(
-            below in proptest::collection::vec(0..1u32 << 24, PIXELS as usize),
-            order in Just((0..PIXELS).collect::<Vec<_>>()).prop_shuffle(),
-            layers in proptest::collection::vec(
-                proptest::collection::vec(any::<[u8; 4]>(), 1..8), 0..PIXELS as usize),
-            starts in pattern(),
-        ) {
-            let pixels: Vec<(u32, Vec<[u8; 4]>)> = order.into_iter().zip(layers).collect();
-            let mut expected = below.clone();
-            for (pixel, layers) in &pixels {
-                expected[*pixel as usize] = reference(below[*pixel as usize], layers);
-            }
-            prop_assert_eq!(play(&below, &pixels, starts), expected);
+        let half_white = (2, rgba(255, 255, 255, 128), false);
+        let half_black = (2, rgba(0, 0, 0, 128), true);
+        let opaque = (3, rgba(1, 2, 3, 255), true);
+        let frame = [half_white, half_black, opaque].map(|(pixel, rgba, last)| {
+            Marked::item(Sorted { pixel, rgba, last, ..Sorted::default() })
+        });
+        let mut sim = Sim::<Blender>::new(screen(6, 1));
+        let mut colours = holding(&[0; 6], COLOUR_BITS, ReadDuringWrite::Forbidden);
+        let sent = frame.map(Stream::offer).into_iter().chain([Stream::idle()]);
+        for sorted in sent {
+            let out = sim.clock(In { sorted, colour: colours.q() }).unwrap().out;
+            colours.pass_read(out.colour_read);
+            colours.pass_write(out.colour_write);
+            edge(&mut colours);
         }
+        assert_eq!(contents(&mut colours, 6), [0, 0, 0x40_40_40, 0x01_02_03, 0, 0]);
     }
 }

@@ -53,6 +53,10 @@ impl ReadPort {
         self.en = true;
         self.addr = addr;
     }
+    /// The word that is asked for, if one is.
+    pub fn asked(&self) -> Option<u32> {
+        self.en.then_some(self.addr)
+    }
 }
 
 /// A request on a write port. One a cycle. Its widths depend on that of an address and on the data's.
@@ -76,6 +80,10 @@ impl<T: Copy> WritePort<T> {
         self.en = true;
         self.addr = addr;
         self.data = data;
+    }
+    /// The word that is written and what is put there, if one is.
+    pub fn asked(&self) -> Option<(u32, T)> {
+        self.en.then_some((self.addr, self.data))
     }
 }
 

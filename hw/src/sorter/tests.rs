@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_util::{Pattern, Source, pattern, screen};
+use crate::test_util::{Pattern, Source, screen};
 use pellucid_sim::{Label, Sim, StreamMonitor};
 use proptest::prelude::*;
 
@@ -174,26 +174,7 @@ fn a_full_sorter_takes_on_what_may_fall_off() {
     assert_eq!(cycles, [12, 13, 14, 15, 25, 26, 27, 28, 38, 39, 40, 41, 42]);
 }
 
-fn layers() -> impl Strategy<Value = Vec<Layer>> {
-    let length = prop_oneof![5 => 1usize..6, 2 => 6usize..20, 1 => 20usize..70];
-    let layer = (0u32..5, prop::bool::weighted(0.8));
-    length.prop_flat_map(move |n| proptest::collection::vec(layer.clone(), n))
-}
-
 proptest! {
-    /// Against a stable sort of each pixel, any number of layers, gaps before and stalls behind.
-    #[test]
-    fn behaves_as_a_stable_sort(
-        depth in prop_oneof![6 => 1u32..9, 1 => Just(64u32)],
-        frames in proptest::collection::vec(proptest::collection::vec(layers(), 0..8), 1..3),
-        starts in pattern(),
-        ready in pattern(),
-    ) {
-        let sent: Vec<_> = frames.iter().map(|pixels| passes(depth, pixels)).collect();
-        let expected: Vec<_> = frames.iter().flat_map(|pixels| reference(pixels)).collect();
-        prop_assert_eq!(items(play(depth, &sent, starts, &ready)), expected);
-    }
-
     /// Far beyond K, K = 64 included.
     #[test]
     fn deep_pixels_are_exact(

@@ -163,7 +163,12 @@ pub type Found<R> = (Broken<<R as Reference>::Property>, Vec<<R as Reference>::S
 pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Found<R>> {
     let mut seen: HashSet<Vec<u64>> = HashSet::new();
     let mut next = VecDeque::from([vec![]]);
+    // What breaks only behind a sequence, unless a shorter one is found before.
+    let mut behind: Option<Found<R>> = None;
     while let Some(steps) = next.pop_front().filter(|_| seen.len() < most) {
+        if let Some(found) = behind.take_if(|(broken, _)| broken.cycle < steps.len() as u64) {
+            return Err(found);
+        }
         // A block cannot be copied: the way to the state is gone again.
         let mut run = Run::<R>::new(setup);
         let mut way = steps.iter();
@@ -179,11 +184,13 @@ pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Fou
             longer.push(step);
             longer
         }));
-        if let Err(broken) = run.play([], &mut |_, _| {}) {
-            return Err((broken, steps));
+        if let Err(broken) = run.play([], &mut |_, _| {})
+            && behind.as_ref().is_none_or(|(before, _)| broken.cycle < before.cycle)
+        {
+            behind = Some((broken, steps));
         }
     }
-    Ok(seen.len())
+    behind.map_or(Ok(seen.len()), Err)
 }
 
 /// The longest random sequence.

@@ -12,11 +12,13 @@
 //! How many sequences are tried is proptest's to say: `PROPTEST_CASES=10000 cargo test` tries that many.
 
 pub mod allocator;
+pub mod blender;
 pub mod fifo;
 pub mod harness;
 pub mod ram;
 pub mod reference;
 mod report;
+pub mod sorter;
 pub mod stream;
 
 pub use reference::{Judged, Reference};

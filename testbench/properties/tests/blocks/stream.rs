@@ -63,8 +63,8 @@ impl<const FAULT: u8> Block for Adder<FAULT> {
     }
     fn memories((): &()) {}
     fn moore((): &(), q: &State, (): &()) -> Moore {
-        let ready = !q.sum.valid && !(FAULT == STUCK && q.sums == 1);
-        Moore { ready, sum: q.sum }
+        let stuck = FAULT == STUCK && q.sums == 1;
+        Moore { ready: !q.sum.valid && !stuck, sum: q.sum }
     }
     fn next((): &(), q: &State, d: &mut State, (): &mut (), i: In) {
         let given = q.sum.valid && i.ready;
