@@ -243,16 +243,18 @@ pub fn test<R: Reference>(source: &'static str, folder: &Path) {
     }
 }
 
-/// Looks at every state of the small setups.
+/// Looks at every state of the small setups; the waveform of a failure goes into the folder `folder`.
 ///
 /// # Panics
-/// A property is broken: the message has the shortest sequence.
-pub fn search<R: Reference>() {
+/// A property is broken: the message has the shortest sequence and the command that opens its waveform.
+pub fn search<R: Reference>(folder: &Path) {
     for setup in R::small() {
-        let told = R::told(&setup);
         match exhaust::<R>(&setup, MOST_STATES) {
-            Err((broken, steps)) => panic!("{told}: {broken}, after {steps:?}"),
-            Ok(MOST_STATES) => println!("{told}: only {MOST_STATES} states were looked at"),
+            Err((_, steps)) => panic!("{}", report::<R>(&setup, &steps, folder)),
+            Ok(MOST_STATES) => {
+                let told = R::told(&setup);
+                println!("{told}: only {MOST_STATES} states were looked at");
+            }
             Ok(_) => {}
         }
     }
@@ -267,21 +269,25 @@ macro_rules! properties {
             #[allow(unused_imports)]
             use super::*;
 
-            /// Any sequence of steps.
-            #[test]
-            fn any_sequence_keeps_the_contract() {
+            /// Where the waveform of a failure goes.
+            fn folder() -> ::std::path::PathBuf {
                 let folder = match option_env!("CARGO_TARGET_TMPDIR") {
                     Some(folder) => ::std::path::PathBuf::from(folder),
                     None => ::std::env::temp_dir(),
                 };
-                let folder = folder.join("failures").join(module_path!().replace("::", "-"));
-                $crate::harness::test::<$reference>(file!(), &folder);
+                folder.join("failures").join(module_path!().replace("::", "-"))
+            }
+
+            /// Any sequence of steps.
+            #[test]
+            fn any_sequence_keeps_the_contract() {
+                $crate::harness::test::<$reference>(file!(), &folder());
             }
 
             /// Every state of a small one.
             #[test]
             fn every_state_keeps_the_contract() {
-                $crate::harness::search::<$reference>();
+                $crate::harness::search::<$reference>(&folder().join("states"));
             }
         }
     };

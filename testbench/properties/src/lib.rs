@@ -2,14 +2,23 @@
 //!
 //! A sequence that breaks a property is shrunk to the shortest one that still does, is kept as a regression
 //! beside the test's source, and leaves a waveform of exactly that sequence, with a marker where the property
-//! is broken.
+//! is broken. Every state of small blocks is looked at too.
 //!
 //! ```no_run
-//! use pellucid_hw::allocator::FreeList;
-//! pellucid_properties::allocator_properties!(FreeList);
+//! use pellucid_hw::{allocator::FreeList, blender::Blender, sorter::Sorter};
+//! use pellucid_properties::{allocator_properties, blender_properties, sorter_properties};
+//! allocator_properties!(FreeList);
+//! sorter_properties!(Sorter);
+//! blender_properties!(Blender);
 //! ```
 //!
 //! How many sequences are tried is proptest's to say: `PROPTEST_CASES=10000 cargo test` tries that many.
+//!
+//! | module | what it has |
+//! | --- | --- |
+//! | [`allocator`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`] | the contracts |
+//! | [`mod@reference`] | what a contract is |
+//! | [`harness`] | what runs a block beside one |
 
 pub mod allocator;
 pub mod blender;
