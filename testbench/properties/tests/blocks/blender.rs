@@ -18,6 +18,7 @@ const UNTOLD: u8 = 7;
 const UNDONE: u8 = 8;
 const TWICE: u8 = 9;
 const NARROW: u8 = 10;
+const FAR: u8 = 11;
 
 /// The library's blender, and a fault.
 struct Wrong<const FAULT: u8>;
@@ -64,6 +65,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
                 // One step of red too few, for some colours.
                 ROUNDED if colour >> 16 & 7 == 7 => write(pixel, colour - (1 << 16)),
                 PLACE => write(pixel ^ 1, colour),
+                FAR if pixel > 3 => write(3, colour),
                 UNWRITTEN if valid => out.colour_write = WritePort::default(),
                 TWICE => out.colour_write.write(pixel, colour),
                 _ => {}
@@ -129,4 +131,13 @@ fn a_failure_is_short_and_has_its_waveform() {
     found::has_marker(&folder, Property::Write);
     assert_eq!(found::shown(&folder, "blender.wires.out.colour_write.en"), [(0, 0), (1, 1)]);
     assert_eq!(found::shown(&folder, "blender.wires.out.colour_write.addr"), [(0, 0), (1, 1)]);
+}
+
+/// Small frames have few pixels: the fault is found in larger ones only, and its sequence has no pause.
+#[test]
+fn a_fault_beyond_the_search_is_short_too() {
+    let (message, folder) = found::found::<Model<Wrong<FAR>>>();
+    assert!(message.contains(&format!(": {}: ", Property::Write)), "{message}");
+    assert!(message.lines().count() < 12 && !message.contains("nothing\n"), "{message}");
+    found::has_marker(&folder, Property::Write);
 }
