@@ -36,6 +36,13 @@ pub fn small(fast: bool) -> chains::Config {
     small_tbuffer(fast).chains
 }
 
+/// The chains of the slower one, whose NSA table lends entries.
+pub fn small_lending() -> chains::Config {
+    let mut cfg = small(false);
+    cfg.shape.lends = true;
+    cfg
+}
+
 /// The chains of a T-buffer.
 pub fn chains(screen: Screen, params: Params) -> chains::Config {
     Config::new(screen, params).unwrap().chains

@@ -331,6 +331,20 @@ impl<T: Signals + Default> Ram1R1W<T> {
             self.write.twice |= user.twice;
         }
     }
+    /// Asks that of its two ports which does it for what another block asks, if anything.
+    #[inline(always)]
+    pub fn pass(&mut self, user: Port<T>) {
+        if !user.en {
+            return;
+        }
+        if user.write {
+            self.write(user.addr, user.data);
+            self.write.twice |= user.twice;
+        } else {
+            self.read(user.addr);
+            self.read.twice |= user.twice;
+        }
+    }
 }
 
 impl<T: Signals + Default> Memory for Ram1R1W<T> {

@@ -6,7 +6,9 @@ use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::{AllocatorKind, Bitmap, FreeList, Stack};
+use pellucid_hw::allocator::{
+    AllocatorKind, Bitmap, Bump, FreeList, Hierarchical, Stack, Threaded,
+};
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -178,9 +180,14 @@ macro_rules! with_allocator {
     ($machine:ident, $cfg:ident, $params:ident) => {{
         let (cfg, values) = ($cfg, $params.values());
         match $params.allocator {
+            AllocatorKind::Bump => Box::new(Prepared::<$machine<Bump>> { cfg, values }),
             AllocatorKind::Fifo => Box::new(Prepared::<$machine<FreeList>> { cfg, values }),
             AllocatorKind::Lifo => Box::new(Prepared::<$machine<Stack>> { cfg, values }),
+            AllocatorKind::Threaded => Box::new(Prepared::<$machine<Threaded>> { cfg, values }),
             AllocatorKind::Bitmap => Box::new(Prepared::<$machine<Bitmap>> { cfg, values }),
+            AllocatorKind::Hierarchical => {
+                Box::new(Prepared::<$machine<Hierarchical>> { cfg, values })
+            }
         }
     }};
 }

@@ -3,7 +3,7 @@
 //! It is not part of Pellucid's library: it stands for one of your own. Its test, `tests/properties.rs`, is a
 //! line. [`Hasty`] is the same but for a fault that is easily made, which the properties find.
 
-use pellucid_hw::allocator::{Config, Contract, In, Moore};
+use pellucid_hw::allocator::{Config, Contract, In, Lent, Moore};
 use pellucid_sim::{Block, Signals, Stream};
 
 /// A bit for each section. What it offers it holds until it is taken, unless it is hasty.
@@ -39,7 +39,7 @@ impl<const HASTY: bool> Block for Bits<HASTY> {
     type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
@@ -50,7 +50,7 @@ impl<const HASTY: bool> Block for Bits<HASTY> {
     fn moore(_: &Config, q: &State, _: &()) -> Moore {
         Moore { grant: q.offer, exhausted: q.free == 0 }
     }
-    fn next(_: &Config, q: &State, d: &mut State, _: &mut (), i: In) {
+    fn next(_: &Config, q: &State, d: &mut State, _: &mut (), i: In) -> Lent {
         if i.take && q.offer.valid {
             d.free &= !(1 << q.offer.payload);
         }
@@ -61,5 +61,6 @@ impl<const HASTY: bool> Block for Bits<HASTY> {
         if HASTY || i.take || !q.offer.valid {
             d.offer = lowest(d.free);
         }
+        Lent::default()
     }
 }

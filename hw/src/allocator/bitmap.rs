@@ -10,7 +10,7 @@
 //! lowest are used again and again. What is offered is held in a register until it is taken; while another one
 //! is taken, the encoder looks at all bits, with that of the section which comes back in the same cycle.
 
-use super::{Allocator, Config, Contract, In, Moore};
+use super::{Allocator, Config, Contract, In, Lent, Moore};
 use pellucid_sim::Block;
 use pellucid_sim::{Signals, Stream, rtl};
 
@@ -63,7 +63,7 @@ impl Block for Bitmap {
     type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
@@ -85,7 +85,7 @@ impl Block for Bitmap {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Lent {
         let wanted = i.take || !q.offer.valid;
         let back = i.release.payload;
         let bit = 1u64 << (back & (WORD_BITS - 1));
@@ -105,6 +105,7 @@ impl Block for Bitmap {
         if wanted {
             d.offer = Stream { valid: found, payload: lowest };
         }
+        Lent::default()
     }
 }
 
@@ -112,8 +113,6 @@ impl Block for Bitmap {
 mod tests {
     use super::*;
     use pellucid_sim::Sim;
-
-    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
 
     #[test]
     fn without_sections_it_is_exhausted_at_once() {
@@ -128,18 +127,18 @@ mod tests {
             let mut sim = Sim::<Bitmap>::new(Config { sections });
             for id in 0..sections {
                 assert_eq!(sim.moore().grant, Stream::offer(id), "of {sections}");
-                sim.clock(In { take: true, ..NOTHING }).unwrap();
+                sim.clock(In { take: true, ..In::default() }).unwrap();
             }
             assert!(sim.moore().exhausted && !sim.moore().grant.valid);
             for id in [sections - 1, 0, sections / 2] {
-                sim.clock(In { release: Stream::offer(id), ..NOTHING }).unwrap();
+                sim.clock(In { release: Stream::offer(id), ..In::default() }).unwrap();
             }
             // The first that came back was offered at once.
             let mut expected = vec![sections - 1];
             expected.extend([0, sections / 2].into_iter().filter(|_| sections > 2));
             for id in expected {
                 assert_eq!(sim.moore().grant, Stream::offer(id), "of {sections}");
-                sim.clock(In { take: true, ..NOTHING }).unwrap();
+                sim.clock(In { take: true, ..In::default() }).unwrap();
             }
         }
     }

@@ -10,9 +10,9 @@
 //! was free before it. A counter grants the sections that were never used, so that nothing need be
 //! put into the queue after reset.
 
-use super::{Allocator, Config, Contract, In, Moore};
+use super::{Allocator, Config, Contract, In, Lent, Moore};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Signals, Stream, bits_for, fifo, rtl};
+use pellucid_sim::{Fifo, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ impl Allocator for FreeList {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// The lowest section that was never granted; the number of sections once all were.
-    #[width(bits_for(u64::from(cfg.sections)))]
+    #[width(cfg.count_bits())]
     pub fresh: u32,
     /// Sections that came back.
     #[with(queue(cfg).depth)]
@@ -50,7 +50,7 @@ impl Block for FreeList {
     type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = <Queue as Block>::Mem;
 
     fn reset(cfg: &Config) -> State {
@@ -73,13 +73,14 @@ impl Block for FreeList {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Lent {
         let fresh = q.fresh < cfg.sections;
         if i.take && fresh {
             d.fresh = q.fresh + 1;
         }
         let to_queue = fifo::In { push: i.release, pop: i.take && !fresh };
         Queue::next(&queue(cfg), &q.queue, &mut d.queue, m, to_queue);
+        Lent::default()
     }
 }
 
@@ -89,8 +90,6 @@ mod tests {
     use pellucid_sim::Sim;
     use proptest::prelude::*;
     use std::collections::VecDeque;
-
-    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
 
     fn list(sections: u32) -> Sim<FreeList> {
         Sim::new(Config { sections })
@@ -108,10 +107,10 @@ mod tests {
         for id in 0..5 {
             assert_eq!(sim.moore().grant, Stream::offer(id));
             assert!(!sim.moore().exhausted);
-            sim.clock(In { take: true, ..NOTHING }).unwrap();
+            sim.clock(In { take: true, ..In::default() }).unwrap();
         }
         assert!(sim.moore().exhausted && !sim.moore().grant.valid);
-        sim.clock(In { release: Stream::offer(3), ..NOTHING }).unwrap();
+        sim.clock(In { release: Stream::offer(3), ..In::default() }).unwrap();
         assert_eq!(sim.moore().grant, Stream::offer(3));
     }
 
@@ -139,7 +138,7 @@ mod tests {
                 }
                 free.extend(release);
                 let release = release.map_or(Stream::idle(), Stream::offer);
-                sim.clock(In { take, release }).unwrap();
+                sim.clock(In { take, release, ..In::default() }).unwrap();
             }
         }
     }

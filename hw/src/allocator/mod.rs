@@ -4,22 +4,33 @@
 //! - `grant` is a stream of free section numbers: while `valid` is high, the payload is free and
 //!   held; with `take` it is given away on the coming edge.
 //! - `exhausted` is high while no section is free and none is on its way: a taker need not wait.
-//! - `release` gives a section back; it can be granted again from the next cycle on. Releasing what
-//!   was not granted is a bug of the user.
+//! - `release` gives a section back; when it can be granted again is for [`Reuse`] to say. Releasing
+//!   what was not granted is a bug of the user.
+//! - Each section has a word that is lent to the allocator while the section is free, and that belongs
+//!   to whoever has it while it is out. `lent` in [`Lent`] asks for such words; most allocators do not.
 //!
 //! | allocator | grants | memory |
 //! | --- | --- | --- |
 //! | [`FreeList`] | one a cycle, oldest release first | one section number per section |
 //! | [`Stack`] | one a cycle, latest release first | one section number per section |
+//! | [`Bump`] | one a cycle, in order; from the first again once all are back | none: two counters |
+//! | [`Threaded`] | one a cycle, latest release first | none: the lent words |
 //! | [`Bitmap`] | one a cycle, lowest number first | none: a register bit per section |
+//! | [`Hierarchical`] | lowest number first, up to 64 in a row one a cycle | a bit per section and its summaries |
 
 pub mod bitmap;
+mod bump;
 mod free_list;
+mod hierarchical;
 mod stack;
+mod threaded;
 
 pub use bitmap::Bitmap;
+pub use bump::Bump;
 pub use free_list::FreeList;
+pub use hierarchical::Hierarchical;
 pub use stack::Stack;
+pub use threaded::Threaded;
 
 use crate::choice;
 use crate::params::ParamError;
@@ -29,12 +40,18 @@ use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
 choice! {
     /// Which allocator hands out sections.
     pub enum AllocatorKind {
+        /// A pointer to the next one: all are granted again once all are back.
+        Bump = "bump",
         /// A free list as a queue: what came back first is granted first.
         Fifo = "fifo",
         /// A free list as a stack: what came back last is granted first.
         Lifo = "lifo",
+        /// A free list as a stack that goes through the NSA table's entries of the free sections.
+        Threaded = "threaded",
         /// A bit for each section in registers: the lowest free one is granted first.
         Bitmap = "bitmap",
+        /// A bit for each section in memory, and words of bits that say where to look.
+        Hierarchical = "hierarchical",
     }
 }
 
@@ -65,34 +82,68 @@ impl Config {
     pub fn id_bits(&self) -> u32 {
         bits_for(u64::from(self.sections.max(1) - 1))
     }
+    /// Bits of a number of sections, and of a lent word: none up to all of them.
+    pub fn count_bits(&self) -> u32 {
+        bits_for(u64::from(self.sections))
+    }
 }
 
 /// Inputs of every allocator.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct In {
     /// The granted section is taken. Without effect while no grant is offered.
     pub take: bool,
     /// A section is given back.
     #[with(cfg.id_bits())]
     pub release: Stream<u32>,
+    /// The lent word that was asked for in the cycle before.
+    #[width(cfg.count_bits())]
+    pub word: u32,
 }
 
-/// Outputs of every allocator, all of registers.
+/// Outputs of every allocator that are of registers.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// The section that a take would get.
     #[with(cfg.id_bits())]
     pub grant: Stream<u32>,
-    /// No section is free, and none is on its way.
+    /// No section is to be had, and none is on its way.
     pub exhausted: bool,
+}
+
+/// What is asked of the lent words: one read and one write a cycle, each of a section that is free or that is
+/// given back in this cycle, and not of one that is taken in it. The default is nothing.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Lent {
+    /// The section whose word is read.
+    #[with(cfg.id_bits())]
+    pub read: Stream<u32>,
+    /// The section whose word is written.
+    #[with(cfg.id_bits())]
+    pub write: Stream<u32>,
+    /// What is written.
+    #[width(cfg.count_bits())]
+    pub word: u32,
+}
+
+/// When a section that was given back can be granted again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reuse {
+    /// Each within the latency.
+    Each,
+    /// Once all are back; then the offer may be replaced by another one.
+    Together,
 }
 
 /// A block that keeps the contract above. Whether it does is a matter of tests: see `pellucid-properties`.
 pub trait Contract:
-    Block<Config = Config, In = In, Moore = Moore, Out = (), State: Signals<Config = Config>>
+    Block<Config = Config, In = In, Moore = Moore, Out = Lent, State: Signals<Config = Config>>
 {
-    /// While a section is free, cycles until one is granted at the latest: after a reset, after the take of
-    /// another one, and after its own release. At least 1.
+    /// When what was given back can be granted again.
+    const REUSE: Reuse = Reuse::Each;
+
+    /// While a section is to be had, cycles until one is granted at the latest: after a reset, after the take
+    /// of another one, and after its own release. At least 1.
     fn latency(_: &Config) -> u32 {
         1
     }

@@ -11,9 +11,9 @@
 //! that comes back is granted after that one, and before all others that are free. Sections that were never
 //! used come last; a counter grants them, so that nothing need be put into the stack after reset.
 
-use super::{Allocator, Config, Contract, In, Moore};
+use super::{Allocator, Config, Contract, In, Lent, Moore};
 use pellucid_sim::Block;
-use pellucid_sim::{Ram1RW, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Ram1RW, Signals, Stream, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -37,10 +37,10 @@ pub struct State {
     /// The memory shows what is offered.
     pub popped: bool,
     /// Sections in the memory.
-    #[width(bits_for(u64::from(cfg.sections)))]
+    #[width(cfg.count_bits())]
     pub count: u32,
     /// The lowest section that was never offered; the number of sections once all were.
-    #[width(bits_for(u64::from(cfg.sections)))]
+    #[width(cfg.count_bits())]
     pub fresh: u32,
 }
 
@@ -50,7 +50,7 @@ impl Block for Stack {
     type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = Ram1RW<u32>;
 
     fn reset(cfg: &Config) -> State {
@@ -74,7 +74,7 @@ impl Block for Stack {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Lent {
         let offer = Self::moore(cfg, q, m).grant;
         d.offer = offer;
         d.popped = false;
@@ -97,6 +97,7 @@ impl Block for Stack {
             m.write(q.count, i.release.payload);
             d.count = q.count + 1;
         }
+        Lent::default()
     }
 }
 
@@ -104,8 +105,6 @@ impl Block for Stack {
 mod tests {
     use super::*;
     use pellucid_sim::Sim;
-
-    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
 
     fn stack(sections: u32) -> Sim<Stack> {
         Sim::new(Config { sections })
@@ -116,7 +115,7 @@ mod tests {
         (0..count)
             .map(|_| {
                 let grant = sim.moore().grant;
-                sim.clock(In { take: true, ..NOTHING }).unwrap();
+                sim.clock(In { take: true, ..In::default() }).unwrap();
                 grant.valid.then_some(grant.payload)
             })
             .collect()
@@ -133,7 +132,7 @@ mod tests {
         let mut sim = stack(6);
         assert_eq!(take(&mut sim, 4), [0, 1, 2, 3].map(Some));
         for id in [2, 0, 3] {
-            sim.clock(In { release: Stream::offer(id), ..NOTHING }).unwrap();
+            sim.clock(In { release: Stream::offer(id), ..In::default() }).unwrap();
         }
         // 4 was offered before they came back.
         assert_eq!(take(&mut sim, 6), [Some(4), Some(3), Some(0), Some(2), Some(5), None]);
@@ -144,9 +143,9 @@ mod tests {
     fn what_comes_back_with_a_take_is_offered_next() {
         let mut sim = stack(3);
         assert_eq!(take(&mut sim, 1), [Some(0)]);
-        sim.clock(In { take: true, release: Stream::offer(0) }).unwrap();
+        sim.clock(In { take: true, release: Stream::offer(0), ..In::default() }).unwrap();
         assert_eq!(take(&mut sim, 3), [Some(0), Some(2), None]);
-        sim.clock(In { release: Stream::offer(1), ..NOTHING }).unwrap();
+        sim.clock(In { release: Stream::offer(1), ..In::default() }).unwrap();
         assert_eq!(take(&mut sim, 1), [Some(1)]);
     }
 }

@@ -29,6 +29,8 @@ pub struct Shape {
     pub passes: Passes,
     /// Bits of the weight that is kept beside a fragment, 0 if there is none.
     pub weight_bits: u32,
+    /// The NSA table lends the entries of free sections to the allocator, and has a second port for that.
+    pub lends: bool,
 }
 
 /// How often a pixel's fragments are read back.

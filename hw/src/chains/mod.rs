@@ -184,7 +184,8 @@ pub struct Events {
 #[rtl(
     check(Chains<allocator::FreeList>, crate::test_util::small(true)),
     check(Chains<allocator::FreeList>, crate::test_util::small(false)),
-    check(Chains<allocator::FreeList>, crate::test_util::small_owned(true))
+    check(Chains<allocator::FreeList>, crate::test_util::small_owned(true)),
+    check(Chains<allocator::Threaded>, crate::test_util::small_lending())
 )]
 impl<A: Allocator> Block for Chains<A> {
     type Config = Config;
@@ -275,8 +276,6 @@ impl<A: Allocator> Block for Chains<A> {
             clear: i.clear,
         };
         Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
-        let to_nsa = nsa::In { store: store.nsa, chain: back.nsa };
-        Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
         let to_occupancy = occupancy::In {
             ask: store.occupancy_ask,
             set: store.occupancy_set,
@@ -293,8 +292,11 @@ impl<A: Allocator> Block for Chains<A> {
             read: if store.stored_read.valid { store.stored_read } else { back.read },
         };
         Sections::next(cfg, &(), &mut (), &mut m.sections, to_sections);
-        let to_pool = allocator::In { take: store.take, release: back.release };
-        Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
+        let to_pool =
+            allocator::In { take: store.take, release: back.release, word: nsa.data.next };
+        let lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
+        let to_nsa = nsa::In { store: store.nsa, chain: back.nsa, lent };
+        Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
 
         Out {
             depth_read: back.depth_read,

@@ -221,9 +221,9 @@ impl ChainsMonitor {
             "ssa.table" => peak.pixels,
             // Where tails are kept the last section of a chain has no entry: there is one for each
             // section but a chain's first.
-            "nsa.table" if cfg.shape.owned => peak.sections,
-            "nsa.table" if cfg.shape.tail => peak.sections - peak.pixels,
-            "nsa.table" => peak.sections,
+            "nsa.table" | "nsa.lent" if cfg.shape.owned => peak.sections,
+            "nsa.table" | "nsa.lent" if cfg.shape.tail => peak.sections - peak.pixels,
+            "nsa.table" | "nsa.lent" => peak.sections,
             "sections.on_chip" => peak.words,
             "sections.outside" => peak.outside_words,
             "store.queue" => queues.store.into(),

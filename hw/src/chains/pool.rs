@@ -7,11 +7,12 @@
 //!             +------+
 //! ```
 //! Two allocators of the same kind behind the allocators' own port contract (see
-//! [`crate::allocator`]); a section's number tells where it belongs. One thing differs: the offer of an
-//! outside section is replaced as soon as one on chip is given back.
+//! [`crate::allocator`]); a section's number tells where it belongs, and so do those of the lent words, in
+//! which each allocator counts from its own first section. One thing differs: the offer of an outside
+//! section is replaced as soon as one on chip is given back.
 
 use super::config::Config;
-use crate::allocator::{self, Allocator, Moore};
+use crate::allocator::{self, Allocator, Lent, Moore};
 use pellucid_sim::Block;
 use pellucid_sim::{Memory, Signals, Stream, rtl};
 use std::marker::PhantomData;
@@ -39,9 +40,19 @@ pub struct Mem<A: Allocator> {
     pub outside: A::Mem,
 }
 
+/// A section of either allocator by its number among all.
+#[inline(always)]
+#[rtl]
+fn of_either(cfg: &Config, here: Stream<u32>, there: Stream<u32>) -> Stream<u32> {
+    let on_chip = here.payload + cfg.owned;
+    let outside = there.payload + cfg.first_outside();
+    Stream { valid: here.valid || there.valid, payload: if here.valid { on_chip } else { outside } }
+}
+
 #[rtl(
     input = cfg.section_numbers(),
     moore = cfg.section_numbers(),
+    output = cfg.section_numbers(),
     check(Pool<crate::allocator::FreeList>, crate::test_util::small(true))
 )]
 impl<A: Allocator> Block for Pool<A> {
@@ -49,7 +60,7 @@ impl<A: Allocator> Block for Pool<A> {
     type State = State<A>;
     type In = allocator::In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = Mem<A>;
 
     fn reset(cfg: &Config) -> State<A> {
@@ -79,7 +90,13 @@ impl<A: Allocator> Block for Pool<A> {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: allocator::In) {
+    fn next(
+        cfg: &Config,
+        q: &State<A>,
+        d: &mut State<A>,
+        m: &mut Self::Mem,
+        i: allocator::In,
+    ) -> Lent {
         let here = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
         let back = i.release.payload;
         let back_outside = cfg.is_outside(back);
@@ -89,6 +106,7 @@ impl<A: Allocator> Block for Pool<A> {
                 valid: i.release.valid && !back_outside,
                 payload: back.wrapping_sub(cfg.owned),
             },
+            word: i.word,
         };
         let to_outside = allocator::In {
             take: i.take && here.exhausted,
@@ -96,9 +114,16 @@ impl<A: Allocator> Block for Pool<A> {
                 valid: i.release.valid && back_outside,
                 payload: back.wrapping_sub(cfg.first_outside()),
             },
+            word: i.word,
         };
-        A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
-        A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
+        let here = A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
+        let there = A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
+        // Of the two, one is taken from and one is given back to.
+        Lent {
+            read: of_either(cfg, here.read, there.read),
+            write: of_either(cfg, here.write, there.write),
+            word: if here.write.valid { here.word } else { there.word },
+        }
     }
 }
 
@@ -113,8 +138,6 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::VecDeque;
 
-    const NOTHING: In = In { take: false, release: Stream { valid: false, payload: 0 } };
-
     fn pool(on_chip: u32, outside: u32) -> Sim<Pool<FreeList>> {
         let mut params = Params::default();
         params.set("sections", &on_chip.to_string()).unwrap();
@@ -128,7 +151,7 @@ mod tests {
         for id in 0..5 {
             assert_eq!(sim.moore().grant, Stream::offer(id));
             assert!(!sim.moore().exhausted);
-            sim.clock(In { take: true, ..NOTHING }).unwrap();
+            sim.clock(In { take: true, ..In::default() }).unwrap();
         }
         assert!(sim.moore().exhausted && !sim.moore().grant.valid);
     }
@@ -136,18 +159,18 @@ mod tests {
     #[test]
     fn an_outside_offer_gives_way_to_a_section_that_comes_back_on_chip() {
         let mut sim = pool(1, 2);
-        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        sim.clock(In { take: true, ..In::default() }).unwrap();
         assert_eq!(sim.moore().grant, Stream::offer(1));
-        sim.clock(In { release: Stream::offer(0), ..NOTHING }).unwrap();
+        sim.clock(In { release: Stream::offer(0), ..In::default() }).unwrap();
         assert_eq!(sim.moore().grant, Stream::offer(0));
-        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        sim.clock(In { take: true, ..In::default() }).unwrap();
         assert_eq!(sim.moore().grant, Stream::offer(1));
     }
 
     #[test]
     fn without_outside_sections_it_is_exhausted_with_the_chip() {
         let mut sim = pool(1, 0);
-        sim.clock(In { take: true, ..NOTHING }).unwrap();
+        sim.clock(In { take: true, ..In::default() }).unwrap();
         assert!(sim.moore().exhausted && !sim.moore().grant.valid);
     }
 
@@ -181,7 +204,7 @@ mod tests {
         type State = SlowState;
         type In = In;
         type Moore = Moore;
-        type Out = ();
+        type Out = Lent;
         type Mem = ();
         fn reset(_: &allocator::Config) -> SlowState {
             SlowState { given: 0, busy: false }
@@ -191,9 +214,16 @@ mod tests {
             let free = q.given < cfg.sections;
             Moore { grant: Stream { valid: free && !q.busy, payload: q.given }, exhausted: !free }
         }
-        fn next(cfg: &allocator::Config, q: &SlowState, d: &mut SlowState, m: &mut (), i: In) {
+        fn next(
+            cfg: &allocator::Config,
+            q: &SlowState,
+            d: &mut SlowState,
+            m: &mut (),
+            i: In,
+        ) -> Lent {
             d.busy = i.take && Self::moore(cfg, q, m).grant.valid;
             d.given = q.given + u32::from(d.busy);
+            Lent::default()
         }
     }
 
@@ -204,7 +234,7 @@ mod tests {
         for _ in 0..8 {
             let Moore { grant, exhausted } = sim.moore();
             granted.push((grant.valid.then_some(grant.payload), exhausted));
-            sim.clock(In { take: true, ..NOTHING }).unwrap();
+            sim.clock(In { take: true, ..In::default() }).unwrap();
         }
         // The first outside section is at hand at once; the second is slow as those on chip are.
         let expected = [Some(0), None, Some(1), Some(2), None, Some(3), None, None];
@@ -244,7 +274,7 @@ mod tests {
                     free[usize::from(id >= on_chip)].push_back(id);
                 }
                 let release = release.map_or(Stream::idle(), Stream::offer);
-                sim.clock(In { take, release }).unwrap();
+                sim.clock(In { take, release, ..In::default() }).unwrap();
             }
         }
     }

@@ -121,9 +121,13 @@ impl Value {
     pub fn pass_write(&mut self, user: Value) {
         self.port("write", |port| Value::choose(user.field("en").wire(), user.clone(), port));
     }
-    /// Asks a memory's only port for what `user` asks, if anything.
+    /// Asks a memory's only port, or that of its two ports which does it, for what `user` asks, if anything.
     pub fn pass(&mut self, user: Value) {
-        self.port("port", |port| Value::choose(user.field("en").wire(), user.clone(), port));
+        let (mut reads, mut writes) = (self.clone(), self.clone());
+        reads.read(user.field("addr"));
+        writes.write(user.field("addr"), user.field("data"));
+        let asks = Value::choose(user.field("write").wire(), writes, reads);
+        *self = Value::choose(user.field("en").wire(), asks, self.clone());
     }
 
     /// Changes one port: of a memory that one of its ports, or its only one; else the value itself.

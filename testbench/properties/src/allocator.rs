@@ -2,12 +2,13 @@
 //!
 //! A sequence says for every cycle whether what is offered is taken, which of the sections that are out is
 //! given back, if any, and whether the allocator is reset. A plain list of the sections that are out says
-//! what must hold; behind the last cycle all sections are taken, so that none can have been lost.
+//! what must hold; behind the last cycle all sections are taken, so that none can have been lost. Whoever
+//! has a section writes into the word that it lends while it is free.
 
 use crate::harness;
 use crate::reference::{Judged, Reference};
-use pellucid_hw::allocator::{Config, Contract, In, Moore};
-use pellucid_sim::{Fault, Stream};
+use pellucid_hw::allocator::{Config, Contract, In, Lent, Moore, Reuse};
+use pellucid_sim::{Fault, Signals, Stream};
 use proptest::prelude::*;
 use std::fmt;
 use std::marker::PhantomData;
@@ -37,6 +38,8 @@ pub enum Property {
     Granted,
     /// `exhausted` is high where no section is free, and only there.
     Exhausted,
+    /// Only words of free sections are asked for.
+    Lent,
     /// No port of a memory is misused and no register holds more than its bits.
     Fault,
 }
@@ -50,6 +53,7 @@ impl fmt::Display for Property {
             Property::Held => "what is offered is held until it is taken",
             Property::Granted => "while a section is free, one is granted within the latency",
             Property::Exhausted => "`exhausted` is high where no section is free, and only there",
+            Property::Lent => "only words of free sections are asked for",
             Property::Fault => "no port is misused and no register overflows",
         })
     }
@@ -65,6 +69,11 @@ pub struct Model<A> {
     cycle: u64,
     /// The sections that are out, the one that is out longest first, each since a cycle.
     out: Vec<(u32, u64)>,
+    /// How many are not to be had: they are out, or came back and wait for the others.
+    spent: u32,
+    /// The word of every section, and the one that was asked for.
+    words: Vec<u32>,
+    word: u32,
     /// What was offered in the cycle before and not taken.
     offered: Option<u32>,
     /// Cycles in a row in which a section was free and none offered.
@@ -74,6 +83,21 @@ pub struct Model<A> {
     allocator: PhantomData<A>,
 }
 
+/// What whoever has a section writes into its word: a number that an allocator might take for another one.
+const USED: u32 = 0;
+
+/// What a waveform shows.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config)]
+pub struct Outputs {
+    /// What is offered.
+    #[with(*cfg)]
+    pub moore: Moore,
+    /// What is asked of the lent words.
+    #[with(*cfg)]
+    pub lent: Lent,
+}
+
 impl<A: Contract + 'static> Reference for Model<A> {
     type Block = A;
     type Config = Config;
@@ -81,16 +105,19 @@ impl<A: Contract + 'static> Reference for Model<A> {
     type Setup = u32;
     type Step = Step;
     type Property = Property;
-    type Outputs = Moore;
+    type Outputs = Outputs;
     const NAME: &'static str = "allocator";
 
     fn setups() -> BoxedStrategy<u32> {
-        (0..=9u32).boxed()
+        // Seldom so many that they fill several words of bits.
+        prop_oneof![3 => 0..=FEW, 1 => FEW + 1..=300].boxed()
     }
-    fn steps(_: &u32) -> BoxedStrategy<Step> {
-        let release = prop_oneof![1 => Just(None), 1 => any::<u8>().prop_map(Some)];
-        let reset = prop::bool::weighted(0.02);
-        (any::<bool>(), release, reset)
+    fn steps(sections: &u32) -> BoxedStrategy<Step> {
+        // Of many, many shall be out.
+        let [take, release, reset] =
+            if *sections > FEW { [0.9, 0.4, 0.001] } else { [0.5, 0.5, 0.02] };
+        let release = prop::option::weighted(release, any::<u8>());
+        (prop::bool::weighted(take), release, prop::bool::weighted(reset))
             .prop_map(|(take, release, reset)| Step { take, release, reset })
             .boxed()
     }
@@ -109,6 +136,9 @@ impl<A: Contract + 'static> Reference for Model<A> {
             latency: A::latency(&Config { sections: *sections }),
             cycle: 0,
             out: vec![],
+            spent: 0,
+            words: vec![USED; *sections as usize],
+            word: USED,
             offered: None,
             without: 0,
             unsaid: 0,
@@ -154,7 +184,7 @@ impl<A: Contract + 'static> Reference for Model<A> {
     fn inputs(&mut self, step: &Step, seen: &Moore) -> Option<In> {
         if step.reset {
             self.out.clear();
-            (self.offered, self.without, self.unsaid) = (None, 0, 0);
+            (self.spent, self.offered, self.without, self.unsaid) = (0, None, 0, 0);
             return None;
         }
         let back = step.release.filter(|_| !self.out.is_empty());
@@ -162,7 +192,40 @@ impl<A: Contract + 'static> Reference for Model<A> {
         let taken = (step.take && seen.grant.valid).then_some(seen.grant.payload);
         self.offered = if step.take || !seen.grant.valid { None } else { Some(seen.grant.payload) };
         self.out.extend(taken.map(|id| (id, self.cycle)));
-        Some(In { take: step.take, release: back.map_or(Stream::idle(), Stream::offer) })
+        self.spent = match A::REUSE {
+            Reuse::Each => self.out.len() as u32,
+            Reuse::Together if self.out.is_empty() => 0,
+            Reuse::Together => self.spent + u32::from(taken.is_some()),
+        };
+        if A::REUSE == Reuse::Together && self.spent == 0 {
+            // All are back, and the next offer is of all.
+            self.offered = None;
+        }
+        let release = back.map_or(Stream::idle(), Stream::offer);
+        Some(In { take: step.take, release, word: self.word })
+    }
+
+    fn judge(&mut self, lent: &Lent) -> Judged<Property> {
+        for (asked, what) in [(lent.read, "read"), (lent.write, "written")] {
+            let id = asked.payload;
+            if asked.valid && id >= self.sections {
+                let seen = format!("{id} is {what} of {} sections", self.sections);
+                return Err((Property::Lent, seen));
+            }
+            if asked.valid && self.out.iter().any(|(out, _)| *out == id) {
+                return Err((Property::Lent, format!("{id} is {what}, which is out")));
+            }
+        }
+        if lent.read.valid {
+            self.word = self.words[lent.read.payload as usize];
+        }
+        if lent.write.valid {
+            self.words[lent.write.payload as usize] = lent.word;
+        }
+        for (id, _) in &self.out {
+            self.words[*id as usize] = USED;
+        }
+        Ok(())
     }
 
     fn fault(&mut self, fault: &Fault) -> Judged<Property> {
@@ -180,10 +243,12 @@ impl<A: Contract + 'static> Reference for Model<A> {
     fn known(&self, to: &mut Vec<u64>) {
         let offered = self.offered.map_or(0, |id| u64::from(id) + 1);
         to.extend([offered, u64::from(self.without), u64::from(self.unsaid)]);
+        to.extend([self.spent, self.word].map(u64::from));
+        to.extend(self.words.iter().map(|word| u64::from(*word)));
         to.extend(self.out.iter().map(|(id, _)| u64::from(*id)));
     }
-    fn outputs(seen: &Moore, _: Option<&()>) -> Moore {
-        *seen
+    fn outputs(seen: &Moore, lent: Option<&Lent>) -> Outputs {
+        Outputs { moore: *seen, lent: lent.copied().unwrap_or_default() }
     }
     fn tell(&self, inputs: &In) -> Vec<String> {
         let mut what = vec![];
@@ -195,11 +260,14 @@ impl<A: Contract + 'static> Reference for Model<A> {
 }
 
 impl<A> Model<A> {
+    /// How many are to be had.
     fn free(&self) -> u32 {
-        self.sections - self.out.len() as u32
+        self.sections - self.spent
     }
 }
 
+/// In most random sequences there are no more sections than this.
+const FEW: u32 = 9;
 /// The most sections of which a test looks at every state.
 pub const SMALL: u32 = 4;
 pub use crate::harness::MOST_STATES;

@@ -1,6 +1,8 @@
 //! The allocators of the library keep their contract; faults of every kind are found out.
 
-use pellucid_hw::allocator::{Bitmap, Config, Contract, FreeList, In, Moore, Stack};
+use pellucid_hw::allocator::{
+    Bitmap, Bump, Config, Contract, FreeList, Hierarchical, In, Lent, Moore, Stack, Threaded,
+};
 use pellucid_properties::allocator::{Property, Step, check, exhaust, report, test};
 use pellucid_properties::allocator_properties;
 use pellucid_sim::{Block, Signals, Stream};
@@ -8,7 +10,10 @@ use std::panic::catch_unwind;
 
 allocator_properties!(FreeList, free_list);
 allocator_properties!(Stack, stack);
+allocator_properties!(Bump, bump);
+allocator_properties!(Threaded, threaded);
 allocator_properties!(Bitmap, bitmap);
+allocator_properties!(Hierarchical, hierarchical);
 allocator_properties!(Bits<NONE>, bits);
 
 /// What is wrong with [`Bits`].
@@ -47,7 +52,7 @@ impl<const FAULT: u8> Block for Bits<FAULT> {
     type State = Free;
     type In = In;
     type Moore = Moore;
-    type Out = ();
+    type Out = Lent;
     type Mem = ();
 
     fn reset(cfg: &Config) -> Free {
@@ -75,7 +80,7 @@ impl<const FAULT: u8> Block for Bits<FAULT> {
         };
         Moore { grant, exhausted }
     }
-    fn next(cfg: &Config, q: &Free, d: &mut Free, m: &mut (), i: In) {
+    fn next(cfg: &Config, q: &Free, d: &mut Free, m: &mut (), i: In) -> Lent {
         let grant = Self::moore(cfg, q, m).grant;
         let taken = i.take && grant.valid;
         if taken && !(FAULT == TWICE && i.release.valid) {
@@ -89,6 +94,7 @@ impl<const FAULT: u8> Block for Bits<FAULT> {
         if i.take || !grant.valid {
             d.offer = offer(d.bits);
         }
+        Lent::default()
     }
 }
 
