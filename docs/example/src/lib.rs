@@ -32,7 +32,9 @@ fn lowest(free: u32) -> Stream<u32> {
     if free == 0 { Stream::idle() } else { Stream::offer(free.trailing_zeros()) }
 }
 
-impl<const HASTY: bool> Contract for Bits<HASTY> {}
+impl<const HASTY: bool> Contract for Bits<HASTY> {
+    const MOST: u32 = u32::BITS;
+}
 
 impl<const HASTY: bool> Block for Bits<HASTY> {
     type Config = Config;

@@ -6,7 +6,7 @@
 //!  release -->| Bitmap |---> exhausted
 //!             +--------+
 //! ```
-//! One grant and one release a cycle, and no memory: for few sections, up to [`MAX_SECTIONS`], of which the
+//! One grant and one release a cycle, and no memory: for few sections, up to 4096, of which the
 //! lowest are used again and again. What is offered is held in a register until it is taken; while another one
 //! is taken, the encoder looks at all bits, with that of the section which comes back in the same cycle.
 
@@ -18,14 +18,14 @@ use pellucid_sim::{Signals, Stream, rtl};
 #[derive(Clone, Copy, Debug)]
 pub struct Bitmap;
 
-/// The most sections that it can have.
-pub const MAX_SECTIONS: u32 = 64 * MAX_WORDS as u32;
 const MAX_WORDS: usize = 64;
 /// Bits of a word.
 const WORD_BITS: u32 = 64;
 const WORD_SHIFT: u32 = 6;
 
-impl Contract for Bitmap {}
+impl Contract for Bitmap {
+    const MOST: u32 = WORD_BITS * MAX_WORDS as u32;
+}
 
 impl Allocator for Bitmap {
     #[inline(always)]
@@ -123,7 +123,7 @@ mod tests {
     /// Over the ends of words, up to the last.
     #[test]
     fn the_lowest_goes_first() {
-        for sections in [1, 63, 64, 65, 150, MAX_SECTIONS] {
+        for sections in [1, 63, 64, 65, 150, Bitmap::MOST] {
             let mut sim = Sim::<Bitmap>::new(Config { sections });
             for id in 0..sections {
                 assert_eq!(sim.moore().grant, Stream::offer(id), "of {sections}");

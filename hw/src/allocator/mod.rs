@@ -18,7 +18,7 @@
 //! | [`Bitmap`] | one a cycle, lowest number first | none: a register bit per section |
 //! | [`Hierarchical`] | lowest number first, up to 64 in a row one a cycle | a bit per section and its summaries |
 
-pub mod bitmap;
+mod bitmap;
 mod bump;
 mod free_list;
 mod hierarchical;
@@ -34,7 +34,6 @@ pub use threaded::Threaded;
 
 use crate::choice;
 use crate::params::ParamError;
-use bitmap::MAX_SECTIONS;
 use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
 
 choice! {
@@ -61,11 +60,12 @@ impl AllocatorKind {
     /// # Errors
     /// They are too many for it.
     pub fn check(self, name: &str, sections: u32) -> Result<(), ParamError> {
-        if self != AllocatorKind::Bitmap || sections <= MAX_SECTIONS {
+        if self != AllocatorKind::Bitmap || sections <= Bitmap::MOST {
             return Ok(());
         }
         Err(ParamError::Together(format!(
-            "parameter `{name}` is {sections}: expected at most {MAX_SECTIONS} with `allocator=bitmap`"
+            "parameter `{name}` is {sections}: expected at most {} with `allocator=bitmap`",
+            Bitmap::MOST
         )))
     }
 }
@@ -141,6 +141,8 @@ pub trait Contract:
 {
     /// When what was given back can be granted again.
     const REUSE: Reuse = Reuse::Each;
+    /// The most sections that it can have.
+    const MOST: u32 = u32::MAX;
 
     /// While a section is to be had, cycles until one is granted at the latest: after a reset, after the take
     /// of another one, and after its own release. At least 1.

@@ -110,7 +110,8 @@ impl<A: Contract + 'static> Reference for Model<A> {
 
     fn setups() -> BoxedStrategy<u32> {
         // Seldom so many that they fill several words of bits.
-        prop_oneof![3 => 0..=FEW, 1 => FEW + 1..=300].boxed()
+        let many = A::MOST.min(300);
+        prop_oneof![3 => 0..=FEW.min(many), 1 => 0..=many].boxed()
     }
     fn steps(sections: &u32) -> BoxedStrategy<Step> {
         // Of many, many shall be out.

@@ -45,7 +45,9 @@ struct Free {
     takes: u32,
 }
 
-impl<const FAULT: u8> Contract for Bits<FAULT> {}
+impl<const FAULT: u8> Contract for Bits<FAULT> {
+    const MOST: u32 = 31;
+}
 
 impl<const FAULT: u8> Block for Bits<FAULT> {
     type Config = Config;
