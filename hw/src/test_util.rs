@@ -1,6 +1,7 @@
 //! What the tests of several blocks share: streams that come and go at random, and memories beside
 //! the block under test.
 
+use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::Screen;
@@ -39,7 +40,7 @@ pub fn small(fast: bool) -> chains::Config {
 /// The chains of the slower one, whose NSA table lends entries.
 pub fn small_lending() -> chains::Config {
     let mut cfg = small(false);
-    cfg.shape.lends = true;
+    cfg.shape.allocator = AllocatorKind::Threaded;
     cfg
 }
 

@@ -6,9 +6,7 @@ use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::{
-    AllocatorKind, Bitmap, Bump, FreeList, Hierarchical, Stack, Threaded,
-};
+use pellucid_hw::allocator::Chosen;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -175,33 +173,16 @@ fn build_rbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     Ok(Box::new(Prepared::<RBuffer> { cfg, values: params.values() }))
 }
 
-/// A machine with the allocator that its parameters name.
-macro_rules! with_allocator {
-    ($machine:ident, $cfg:ident, $params:ident) => {{
-        let (cfg, values) = ($cfg, $params.values());
-        match $params.allocator {
-            AllocatorKind::Bump => Box::new(Prepared::<$machine<Bump>> { cfg, values }),
-            AllocatorKind::Fifo => Box::new(Prepared::<$machine<FreeList>> { cfg, values }),
-            AllocatorKind::Lifo => Box::new(Prepared::<$machine<Stack>> { cfg, values }),
-            AllocatorKind::Threaded => Box::new(Prepared::<$machine<Threaded>> { cfg, values }),
-            AllocatorKind::Bitmap => Box::new(Prepared::<$machine<Bitmap>> { cfg, values }),
-            AllocatorKind::Hierarchical => {
-                Box::new(Prepared::<$machine<Hierarchical>> { cfg, values })
-            }
-        }
-    }};
-}
-
 fn build_tbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(tbuffer::PRESETS, preset, settings)?;
     let cfg = tbuffer::Config::new(screen, params)?;
-    Ok(with_allocator!(TBuffer, cfg, params))
+    Ok(Box::new(Prepared::<TBuffer<Chosen>> { cfg, values: params.values() }))
 }
 
 fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(mbuffer::PRESETS, preset, settings)?;
     let cfg = mbuffer::Config::new(screen, params)?;
-    Ok(with_allocator!(MBuffer, cfg, params))
+    Ok(Box::new(Prepared::<MBuffer<Chosen>> { cfg, values: params.values() }))
 }
 
 /// What is asked of a run.

@@ -20,6 +20,7 @@
 
 mod bitmap;
 mod bump;
+pub mod chosen;
 mod free_list;
 mod hierarchical;
 mod stack;
@@ -27,6 +28,7 @@ mod threaded;
 
 pub use bitmap::Bitmap;
 pub use bump::Bump;
+pub use chosen::Chosen;
 pub use free_list::FreeList;
 pub use hierarchical::Hierarchical;
 pub use stack::Stack;
@@ -151,8 +153,33 @@ pub trait Contract:
     }
 }
 
-/// An allocator that an architecture can have: it keeps the contract, and it is hardware.
-pub trait Allocator: Contract + Netlist + Copy + 'static {
+/// What an allocator is built from in a machine, which knows the parameter's value.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice {
+    /// Which allocator its parameter names.
+    pub kind: AllocatorKind,
+    /// How many sections.
+    pub numbers: Config,
+}
+
+/// As every allocator but [`Chosen`] sees it.
+impl From<Choice> for Config {
+    fn from(choice: Choice) -> Config {
+        choice.numbers
+    }
+}
+
+/// An allocator that an architecture can have: one that keeps the contract and is hardware, or [`Chosen`].
+pub trait Allocator:
+    Netlist<
+        Config: From<Choice>,
+        State: Signals<Config = Self::Config>,
+        In = In,
+        Moore = Moore,
+        Out = Lent,
+    > + Copy
+    + 'static
+{
     /// Words of its memory that hold something of use.
     fn words_in_use(q: &Self::State) -> u32;
 }

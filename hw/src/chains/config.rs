@@ -1,7 +1,7 @@
 //! What the chains of sections are made of.
 
 use super::release;
-use crate::allocator;
+use crate::allocator::{self, AllocatorKind, Choice};
 use crate::pixel::Screen;
 use pellucid_sim::bits_for;
 
@@ -29,8 +29,8 @@ pub struct Shape {
     pub passes: Passes,
     /// Bits of the weight that is kept beside a fragment, 0 if there is none.
     pub weight_bits: u32,
-    /// The NSA table lends the entries of free sections to the allocator, and has a second port for that.
-    pub lends: bool,
+    /// Which allocator hands out sections.
+    pub allocator: AllocatorKind,
 }
 
 /// How often a pixel's fragments are read back.
@@ -95,12 +95,21 @@ impl Config {
         allocator::Config { sections: self.null + 1 }
     }
     /// The allocator of the sections on chip.
-    pub fn on_chip(&self) -> allocator::Config {
-        allocator::Config { sections: self.shape.on_chip }
+    pub fn on_chip<C: From<Choice>>(&self) -> C {
+        self.choice(self.shape.on_chip)
     }
     /// The allocator of the sections outside.
-    pub fn outside(&self) -> allocator::Config {
-        allocator::Config { sections: self.shape.outside }
+    pub fn outside<C: From<Choice>>(&self) -> C {
+        self.choice(self.shape.outside)
+    }
+    fn choice<C: From<Choice>>(&self, sections: u32) -> C {
+        let numbers = allocator::Config { sections };
+        Choice { kind: self.shape.allocator, numbers }.into()
+    }
+    /// Whether the NSA table lends the entries of free sections to the allocator, and has a second port for
+    /// that.
+    pub fn lends(&self) -> bool {
+        self.shape.allocator == AllocatorKind::Threaded
     }
     /// The first section outside.
     pub fn first_outside(&self) -> u32 {

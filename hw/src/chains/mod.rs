@@ -185,7 +185,7 @@ pub struct Events {
     check(Chains<allocator::FreeList>, crate::test_util::small(true)),
     check(Chains<allocator::FreeList>, crate::test_util::small(false)),
     check(Chains<allocator::FreeList>, crate::test_util::small_owned(true)),
-    check(Chains<allocator::Threaded>, crate::test_util::small_lending())
+    check(Chains<allocator::Chosen>, crate::test_util::small_lending())
 )]
 impl<A: Allocator> Block for Chains<A> {
     type Config = Config;

@@ -58,7 +58,7 @@ impl Block for Nsa {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        let (own, lent) = if cfg.shape.lends { (0, cfg.null) } else { (cfg.null, 0) };
+        let (own, lent) = if cfg.lends() { (0, cfg.null) } else { (cfg.null, 0) };
         Mem {
             table: Ram1RW::new(own, *cfg, 1),
             lent: Ram1R1W::new(lent, *cfg, 1, ReadDuringWrite::Forbidden),
@@ -67,12 +67,12 @@ impl Block for Nsa {
 
     #[inline(always)]
     fn moore(cfg: &Config, (): &(), m: &Self::Mem) -> Read<NsaEntry> {
-        if cfg.shape.lends { m.lent.q() } else { m.table.q() }
+        if cfg.lends() { m.lent.q() } else { m.table.q() }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
-        if cfg.shape.lends {
+        if cfg.lends() {
             m.lent.pass(i.store);
             m.lent.pass(i.chain);
             if i.lent.read.valid {

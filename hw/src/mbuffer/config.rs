@@ -97,7 +97,7 @@ impl Config {
             reads_in_flight: params.reads_in_flight,
             passes: if in_memory { Passes::One } else { Passes::Twice(params.array) },
             weight_bits: if in_memory { WEIGHT_BITS } else { 0 },
-            lends: params.allocator == AllocatorKind::Threaded,
+            allocator: params.allocator,
         };
         let chains = chains::Config::new(screen, shape);
         let array = array::Config { cells: params.array, screen, layer_bits: chains.layer_bits() };

@@ -101,7 +101,7 @@ impl Config {
             reads_in_flight: params.reads_in_flight,
             passes: Passes::Each(params.sorter_depth),
             weight_bits: 0,
-            lends: params.allocator == AllocatorKind::Threaded,
+            allocator: params.allocator,
         };
         let chains = chains::Config::new(screen, shape);
         let sorter =

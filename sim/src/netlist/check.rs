@@ -111,7 +111,7 @@ pub fn agrees<B: Netlist>(cfg: &B::Config) -> Result<(), String> {
                     }
                 }
                 if !difference.is_empty() {
-                    return Err(format!("`{}`, cycle {cycle}:{difference}", B::NAME));
+                    return Err(format!("`{}`, cycle {cycle}:{difference}", B::name(cfg)));
                 }
                 compared += 1;
                 q = d;
@@ -125,7 +125,10 @@ pub fn agrees<B: Netlist>(cfg: &B::Config) -> Result<(), String> {
         }
     }
     if compared < CYCLES / 16 {
-        return Err(format!("`{}`: only {compared} of {CYCLES} cycles could be compared", B::NAME));
+        return Err(format!(
+            "`{}`: only {compared} of {CYCLES} cycles could be compared",
+            B::name(cfg)
+        ));
     }
     Ok(())
 }

@@ -14,9 +14,9 @@ use std::rc::Rc;
 /// source.
 pub trait Netlist: Block {
     /// Its module's name.
-    const NAME: &'static str;
+    fn name(cfg: &Self::Config) -> &'static str;
     /// Where its source stands: the path of its Rust module.
-    const SOURCE: &'static str;
+    fn source(cfg: &Self::Config) -> &'static str;
     /// Declares its registers.
     fn declare_state(cfg: &Self::Config, to: &mut dyn Declare);
     /// Declares its input ports.
@@ -317,8 +317,8 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
 
     let graph = Graph::finish();
     let module = Module {
-        name: B::NAME,
-        source: B::SOURCE,
+        name: B::name(cfg),
+        source: B::source(cfg),
         graph,
         inputs,
         outputs,
@@ -428,7 +428,7 @@ impl Module {
 fn instance<B: Netlist>(cfg: &B::Config, q: &Value, m: &Value) -> usize {
     let (state, memory) = (q.place(), m.place());
     let place = state.clone().or(memory.clone()).unwrap_or_else(|| {
-        panic!("`{}` has neither registers nor memories of its own in its parent", B::NAME)
+        panic!("`{}` has neither registers nor memories of its own in its parent", B::name(cfg))
     });
     let found = with(|b| {
         b.instances.iter().position(|i| i.state.as_ref().or(i.memory.as_ref()) == Some(&place))

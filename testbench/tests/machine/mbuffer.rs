@@ -28,13 +28,6 @@ impl<A: Allocator> Tested for MBuffer<A> {
 
 properties!(Buffer);
 
-mod lifo {
-    use super::*;
-    use pellucid_hw::allocator::Stack;
-
-    properties!(MBuffer<Stack>);
-}
-
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
     let flags = (any::<bool>(), any::<bool>());

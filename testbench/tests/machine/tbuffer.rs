@@ -28,20 +28,6 @@ impl<A: Allocator> Tested for TBuffer<A> {
 
 properties!(Buffer);
 
-mod bitmap {
-    use super::*;
-    use pellucid_hw::allocator::Bitmap;
-
-    properties!(TBuffer<Bitmap>);
-}
-
-mod lifo {
-    use super::*;
-    use pellucid_hw::allocator::Stack;
-
-    properties!(TBuffer<Stack>);
-}
-
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
     let flags = (any::<bool>(), any::<bool>());

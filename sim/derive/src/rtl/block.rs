@@ -129,8 +129,12 @@ pub fn twins(options: &Options, i: &ItemImpl) -> Result<TokenStream> {
     Ok(quote! {
         #lenient
         impl #impl_generics ::pellucid_sim::Netlist for #ty #where_clause {
-            const NAME: &'static str = #name;
-            const SOURCE: &'static str = module_path!();
+            fn name(_: &Self::Config) -> &'static str {
+                #name
+            }
+            fn source(_: &Self::Config) -> &'static str {
+                module_path!()
+            }
             fn declare_state(cfg: &Self::Config, to: &mut dyn ::pellucid_sim::Declare) {
                 <Self::State as ::pellucid_sim::Signals>::declare(#state, "", to)
             }
