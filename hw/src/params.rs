@@ -153,6 +153,11 @@ macro_rules! choice {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         $vis enum $name { $($(#[$vmeta])* $variant,)* }
+        impl $name {
+            /// All of them.
+            #[allow(dead_code)]
+            $vis const ALL: &[$name] = &[$($name::$variant),*];
+        }
         impl $crate::params::ParamType for $name {
             type Limits = ();
             fn parse(text: &str, _: &()) -> Option<Self> {

@@ -189,6 +189,9 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
 pub struct Job<'a> {
     /// The frame.
     pub source: &'a Source,
+    /// How often it is played before the time that counts, so that memories and free sections are as a running
+    /// machine has them.
+    pub warm_up: u32,
     /// The waveform.
     pub wave: Option<&'a WaveJob>,
     /// Told of every fragment.
@@ -254,20 +257,29 @@ where
     }
 
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {
-        let Job { source, wave, progress } = job;
+        let Job { source, warm_up, wave, progress } = job;
         let mut bench = Bench::<M>::new(self.cfg);
         if let Some(wave) = wave {
             bench.record(wave, "machine")?;
         }
         let ((), wave) = bench.traced(|bench| {
-            bench.frame(|bench| {
-                source.play(&mut |fragment| {
-                    progress.step();
-                    bench.send(Marked::item(fragment))
-                })
-            })?;
-            progress.turn_to("resolving");
-            bench.wait_for(1, || progress.step())
+            for left in (0..=warm_up).rev() {
+                if left < warm_up {
+                    // What came before has left its traces in the memories alone.
+                    bench.take_images();
+                    bench.count_anew();
+                    progress.turn_to("simulating");
+                }
+                bench.frame(|bench| {
+                    source.play(&mut |fragment| {
+                        progress.step();
+                        bench.send(Marked::item(fragment))
+                    })
+                })?;
+                progress.turn_to("resolving");
+                bench.wait_for(1, || progress.step())?;
+            }
+            Ok(())
         })?;
         let image = bench.take_images().pop().unwrap_or_else(|| {
             unreachable!("the end of a frame waits for its image");

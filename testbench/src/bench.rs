@@ -9,7 +9,7 @@ use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
 use pellucid_sim::{
-    Deadlock, Declare, Fault, Label, Memory, Signals, Sim, Stream, Violation, Watchdog,
+    Deadlock, Declare, Fault, Label, Memory, Signals, Sim, StorageInfo, Stream, Violation, Watchdog,
 };
 use pellucid_verilog::lockstep::Vectors;
 use pellucid_waveforms::StreamOf;
@@ -114,6 +114,8 @@ where
 {
     sim: Sim<M>,
     monitor: M::Monitor,
+    /// Words of each memory that were read and written before counting began.
+    before: Vec<[u64; 2]>,
     watchdog: Watchdog,
     pixels: Vec<u32>,
     images: Vec<Image>,
@@ -140,6 +142,7 @@ where
         Bench {
             sim: Sim::new(cfg),
             monitor,
+            before: vec![],
             watchdog: Watchdog::new(WATCHDOG_CYCLES),
             pixels: Vec::with_capacity(screen.pixels() as usize),
             images: vec![],
@@ -361,7 +364,7 @@ where
     /// The recording of the ports cannot be written.
     pub fn reset(&mut self) -> Result<(), OutputError> {
         self.sim.reset();
-        self.monitor = M::Monitor::new(self.sim.config());
+        self.count_anew();
         self.pixels.clear();
         self.taken = 0;
         self.phase = Phase::Clear;
@@ -396,11 +399,27 @@ where
 
     /// What was counted so far.
     pub fn tally(&mut self) -> Tally {
+        let mut memories = self.memories();
+        for ((_, info), [reads, writes]) in memories.iter_mut().zip(&self.before) {
+            info.reads -= reads;
+            info.writes -= writes;
+        }
+        self.monitor.tally(self.sim.config(), &memories)
+    }
+
+    /// Counts from here on. Between two frames, when the image of the one before is complete, nothing is left
+    /// of that one but what the memories hold.
+    pub fn count_anew(&mut self) {
+        self.before = self.memories().iter().map(|(_, info)| [info.reads, info.writes]).collect();
+        self.monitor = M::Monitor::new(self.sim.config());
+    }
+
+    fn memories(&mut self) -> Vec<(String, StorageInfo)> {
         let mut memories = vec![];
         self.sim.memories().visit("", &mut |path, storage| {
             memories.push((path.to_string(), storage.info()));
         });
-        self.monitor.tally(self.sim.config(), &memories)
+        memories
     }
 
     /// Edges since power-up.

@@ -20,6 +20,8 @@ pub struct Case {
     pub source: Source,
     /// What machines must give.
     pub reference: Reference,
+    /// How often a machine plays them before the time that counts.
+    pub warm_up: u32,
 }
 
 /// What a machine gave, and how it was judged.
@@ -62,7 +64,7 @@ impl Case {
             progress.step();
             Ok(golden.push(fragment)?)
         })?;
-        Ok(Case { scene: scene.to_string(), source, reference: golden.finish() })
+        Ok(Case { scene: scene.to_string(), source, reference: golden.finish(), warm_up: 0 })
     }
 
     /// Sends the scene through a machine of the architecture `arch` and judges what it gives. Where the model
@@ -81,7 +83,7 @@ impl Case {
         wave: Option<&WaveJob>,
         progress: &mut Progress,
     ) -> Result<Trial, BenchError> {
-        match (machine.run(Job { source: &self.source, wave, progress }), wave) {
+        match (machine.run(self.job(wave, progress)), wave) {
             // A model is the same every time: it fails again.
             (Err(error), Some(wave)) if error.fault().is_some() => {
                 self.run_again(arch, machine, wave, Window::Failure, progress)
@@ -108,8 +110,12 @@ impl Case {
         let windows = wave.windows.iter().cloned().chain([window]).collect();
         let wave = WaveJob { windows, ..wave.clone() };
         progress.turn_to("again, for the waveform");
-        let outcome = machine.run(Job { source: &self.source, wave: Some(&wave), progress })?;
+        let outcome = machine.run(self.job(Some(&wave), progress))?;
         self.judge(arch, machine, outcome)
+    }
+
+    fn job<'a>(&'a self, wave: Option<&'a WaveJob>, progress: &'a mut Progress) -> Job<'a> {
+        Job { source: &self.source, warm_up: self.warm_up, wave, progress }
     }
 
     /// Judges what a machine gave.

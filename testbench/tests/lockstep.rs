@@ -3,7 +3,7 @@
 
 mod tools;
 
-use pellucid_hw::allocator::FreeList;
+use pellucid_hw::allocator::{AllocatorKind, Chosen};
 use pellucid_hw::machine::{Frame, Machine, Phase};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -23,12 +23,15 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 11] = [
+const WAYS: [&[&str]; 14] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
+    &["--arch", "tbuffer", "-p", "allocator=bump"],
     &["--arch", "tbuffer", "-p", "allocator=lifo"],
+    &["--arch", "tbuffer", "-p", "allocator=threaded"],
+    &["--arch", "tbuffer", "-p", "allocator=hierarchical"],
     &[
         "--arch",
         "tbuffer",
@@ -45,7 +48,7 @@ const WAYS: [&[&str]; 11] = [
     &["--arch", "rbuffer", "-p", "overflow=replay"],
     &["--arch", "mbuffer", "-p", "weights=registers"],
     &["--arch", "mbuffer", "-p", "weights=memory"],
-    &["--arch", "mbuffer", "-p", "allocator=lifo"],
+    &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
 ];
 
 /// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the
@@ -206,7 +209,9 @@ const SCREEN: Screen = Screen { width: 5, height: 4, background: 0x12_34_56 };
 
 #[test]
 fn the_evaluator_goes_through_frames_as_the_tbuffer_does() {
-    for (append, scan) in [(Append::Tail, Scan::Bitmap), (Append::Walk, Scan::Linear)] {
+    let ways = [(Append::Tail, Scan::Bitmap), (Append::Walk, Scan::Linear)];
+    let each = |(append, scan)| AllocatorKind::ALL.iter().map(move |kind| (append, scan, *kind));
+    for (append, scan, allocator) in ways.into_iter().flat_map(each) {
         let params = Params {
             sections: 20,
             outside_sections: 30,
@@ -216,9 +221,10 @@ fn the_evaluator_goes_through_frames_as_the_tbuffer_does() {
             reads_in_flight: 6,
             append,
             scan,
+            allocator,
             ..Params::default()
         };
-        compare_with_evaluator::<TBuffer<FreeList>>(Config::new(SCREEN, params).unwrap());
+        compare_with_evaluator::<TBuffer<Chosen>>(Config::new(SCREEN, params).unwrap());
     }
 }
 
@@ -243,7 +249,7 @@ fn the_evaluator_goes_through_frames_as_the_mbuffer_does() {
             weights,
             ..mbuffer::Params::default()
         };
-        compare_with_evaluator::<MBuffer<FreeList>>(mbuffer::Config::new(SCREEN, params).unwrap());
+        compare_with_evaluator::<MBuffer<Chosen>>(mbuffer::Config::new(SCREEN, params).unwrap());
     }
 }
 

@@ -19,11 +19,13 @@ macro_rules! chosen {
     ($($kind:ident: $block:ty,)*) => {
         /// Registers of the one that was chosen.
         #[derive(Clone, Copy, Debug)]
+        #[expect(clippy::large_enum_variant, reason = "registers lie side by side")]
         pub enum State {
             $(#[doc = concat!("Of [`", stringify!($block), "`].")] $kind(<$block as Block>::State),)*
         }
 
         /// Memories of the one that was chosen.
+        #[expect(clippy::large_enum_variant, reason = "a machine has two")]
         pub enum Mem {
             $(#[doc = concat!("Of [`", stringify!($block), "`].")] $kind(<$block as Block>::Mem),)*
         }

@@ -45,8 +45,9 @@ impl Contract for Hierarchical {
 
 impl Allocator for Hierarchical {
     #[inline(always)]
-    fn words_in_use(_: &State) -> u32 {
-        0
+    fn words_in_use(q: &State) -> u32 {
+        // Those that were cleared have a meaning, on the lowest level so many.
+        q.fresh.div_ceil(WORD_BITS)
     }
 }
 

@@ -180,6 +180,6 @@ pub trait Allocator:
     > + Copy
     + 'static
 {
-    /// Words of its memory that hold something of use.
+    /// Words of its memory, of its largest if there are several, that hold something of use.
     fn words_in_use(q: &Self::State) -> u32;
 }

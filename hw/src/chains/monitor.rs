@@ -28,6 +28,8 @@ pellucid_sim::counters! {
         culled_late: "fragments",
         /// Cycles in which a fragment waited for the allocator.
         allocator_stalls: "cycles",
+        /// Sections that were taken in another row of 64 than the one before them.
+        row_switches: "sections",
     }
 }
 
@@ -66,6 +68,9 @@ struct Queues {
     outside: u32,
 }
 
+/// Sections of a row: near to each other, as a row of a memory outside the chip holds them.
+const ROW: u32 = 64;
+
 /// See the module's description.
 pub struct ChainsMonitor {
     /// Fragments that were stored.
@@ -75,6 +80,8 @@ pub struct ChainsMonitor {
     /// Fragments that found no section.
     pub dropped: u64,
     own: Own,
+    /// The row of the section that was taken last.
+    row: u32,
     frame: Usage,
     peak: Usage,
     queues: Queues,
@@ -92,6 +99,7 @@ impl ChainsMonitor {
             spilled: 0,
             dropped: 0,
             own: Own::default(),
+            row: 0,
             frame: Usage::default(),
             peak: Usage::default(),
             queues: Queues::default(),
@@ -120,6 +128,11 @@ impl ChainsMonitor {
         self.dropped += u64::from(e.dropped);
         self.own.pixels_stored += u64::from(e.first);
         self.own.allocator_stalls += u64::from(e.waits);
+        if e.section_taken {
+            let row = wires.grant.payload / ROW;
+            self.own.row_switches += u64::from(row != self.row);
+            self.row = row;
+        }
         let frame = &mut self.frame;
         frame.pixels += u64::from(e.first);
         frame.sections += u64::from(e.section_taken);
@@ -232,8 +245,8 @@ impl ChainsMonitor {
             "read_back.reader.pending" => queues.pending.into(),
             "read_back.reader.arrived" => queues.arrived.into(),
             "read_back.release.queue" => queues.release.into(),
-            _ if name.starts_with("pool.on_chip") => queues.on_chip.into(),
-            _ if name.starts_with("pool.outside") => queues.outside.into(),
+            _ if name.starts_with("pool.on_chip") => words.min(queues.on_chip.into()),
+            _ if name.starts_with("pool.outside") => words.min(queues.outside.into()),
             // The bitmap: every word means something from the start.
             _ => words,
         }

@@ -27,6 +27,10 @@ pub(super) struct CompareArgs {
     scene: Vec<String>,
     #[command(flatten)]
     view: ViewArgs,
+    /// Frames that each machine plays before the one that counts: the same scene, so that its free sections
+    /// are in the order in which a running machine has them
+    #[arg(long, value_name = "FRAMES", default_value_t = 0)]
+    warm_up: u32,
     /// The folder for compare.html, compare.json and compare.csv
     #[arg(long, default_value = "pellucid-compare", value_name = "DIR")]
     out: PathBuf,
@@ -78,7 +82,9 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         .zip(&machines)
         .map(|((scene, source), machines)| {
             let arithmetics = machines.iter().map(|machine| machine.arithmetic());
-            Case::new(scene, source, arithmetics, &mut progress(scene, "golden model", None))
+            let mut progress = progress(scene, "golden model", None);
+            let case = Case::new(scene, source, arithmetics, &mut progress)?;
+            Ok(Case { warm_up: args.warm_up, ..case })
         })
         .collect();
     let cases: Vec<Case> = cases.into_iter().collect::<Result<_, _>>()?;
@@ -170,6 +176,9 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
     }
     for (option, value) in args.view.given() {
         add(option, &value);
+    }
+    if args.warm_up > 0 {
+        add("--warm-up", &args.warm_up.to_string());
     }
     words.join(" ")
 }

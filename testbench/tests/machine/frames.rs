@@ -1,5 +1,6 @@
 //! What the tests of every machine share: random frames, how they are played, and what must hold.
 
+use pellucid_hw::allocator::AllocatorKind;
 use pellucid_hw::machine::{Census, Check, Frame, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_sim::block::Cycle;
@@ -187,6 +188,12 @@ fn kept_at() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("failures").join(test);
     std::fs::create_dir_all(&folder).unwrap();
     folder.join("wave.vcd")
+}
+
+/// Any allocator that can have as many sections as these tests need.
+pub fn allocator() -> impl Strategy<Value = AllocatorKind> {
+    let kinds = AllocatorKind::ALL.iter().copied();
+    prop::sample::select(kinds.filter(|kind| kind.check("", ENOUGH).is_ok()).collect::<Vec<_>>())
 }
 
 /// How many random cases are tried: some, or as many as `PROPTEST_CASES` asks for.

@@ -1,10 +1,10 @@
 //! The M-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, check_drops, effort, one_frame,
+    ENOUGH, OverFrames, Setup, Tested, allocator, check_drops, effort, one_frame,
     papers_frames_at_the_target_rate, properties, tried, without_place,
 };
-use pellucid_hw::allocator::{Allocator, AllocatorKind, FreeList};
+use pellucid_hw::allocator::{Allocator, Chosen};
 use pellucid_hw::machine::Check;
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
@@ -13,7 +13,7 @@ use pellucid_hw::tbuffer::config::Scan;
 use pellucid_sim::Label;
 use proptest::prelude::*;
 
-type Buffer = MBuffer<FreeList>;
+type Buffer = MBuffer<Chosen>;
 
 impl<A: Allocator> Tested for MBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
@@ -30,16 +30,16 @@ properties!(Buffer);
 
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
-    let flags = (any::<bool>(), any::<bool>());
+    let flags = (any::<bool>(), any::<bool>(), allocator());
     let depths = (1..=5u32, prop_oneof![1..=9u32, Just(32)]);
     let sections = prop_oneof![
         3 => (0..=30u32).prop_map(|s| (s, ENOUGH)),
         1 => Just((ENOUGH, 0)),
     ];
     (flags, depths, sections, (1..=20u32, 2..=9u32)).prop_map(
-        |((memory, bitmap), (section_capacity, array), sections, outside)| Params {
+        |((memory, bitmap, allocator), (section_capacity, array), sections, outside)| Params {
             weights: if memory { Weights::Memory } else { Weights::Registers },
-            allocator: AllocatorKind::Fifo,
+            allocator,
             scan: if bitmap { Scan::Bitmap } else { Scan::Linear },
             section_capacity,
             array,

@@ -1,10 +1,10 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, assert_rate, check_drops, effort, one_frame,
+    ENOUGH, OverFrames, Setup, Tested, allocator, assert_rate, check_drops, effort, one_frame,
     papers_frames_at_the_target_rate, properties, without_place,
 };
-use pellucid_hw::allocator::{Allocator, FreeList};
+use pellucid_hw::allocator::{Allocator, Chosen};
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
@@ -13,7 +13,7 @@ use pellucid_sim::Label;
 use pellucid_testbench::bench::{Bench, BenchError};
 use proptest::prelude::*;
 
-type Buffer = TBuffer<FreeList>;
+type Buffer = TBuffer<Chosen>;
 
 impl<A: Allocator> Tested for TBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
@@ -30,23 +30,23 @@ properties!(Buffer);
 
 /// Parameters with which no fragment of a random frame is dropped.
 fn params() -> impl Strategy<Value = Params> {
-    let flags = (any::<bool>(), any::<bool>());
+    let flags = (any::<bool>(), any::<bool>(), allocator());
     let depths = (1..=5u32, prop_oneof![1..=9u32, Just(64)]);
     let sections = prop_oneof![
         3 => (1..=30u32).prop_map(|s| (s, ENOUGH)),
         1 => Just((ENOUGH, 0)),
     ];
     (flags, depths, sections, (1..=20u32, 2..=9u32)).prop_map(
-        |((tail, bitmap), (section_capacity, sorter_depth), sections, outside)| Params {
+        |((tail, bitmap, allocator), (section_capacity, sorter_depth), sections, outside)| Params {
             append: if tail { Append::Tail } else { Append::Walk },
             scan: if bitmap { Scan::Bitmap } else { Scan::Linear },
+            allocator,
             section_capacity,
             sorter_depth,
             sections: sections.0,
             outside_sections: sections.1,
             outside_latency: outside.0,
             reads_in_flight: outside.1,
-            ..Params::default()
         },
     )
 }
