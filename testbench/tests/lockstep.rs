@@ -222,7 +222,6 @@ fn the_evaluator_goes_through_frames_as_the_tbuffer_does() {
             append,
             scan,
             allocator,
-            ..Params::default()
         };
         compare_with_evaluator::<TBuffer<Chosen>>(Config::new(SCREEN, params).unwrap());
     }
