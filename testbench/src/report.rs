@@ -158,6 +158,11 @@ impl Report {
         }
     }
 
+    /// The architecture, which is also the group of its own figures.
+    pub(crate) fn arch(&self) -> &'static str {
+        self.arch
+    }
+
     /// Every figure that is one number.
     pub(crate) fn entries(&self) -> &[Entry] {
         &self.entries

@@ -76,7 +76,7 @@ impl Block for Bump {
             d.out = q.out + 1;
         }
         if i.release.valid && !taken {
-            d.out = q.out - 1;
+            d.out = q.out.saturating_sub(1);
         }
         Lent::default()
     }

@@ -13,7 +13,7 @@ use pellucid_hw::machine::Arithmetic;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
-/// The figures that are compared: group and name. Each is one of a run's report.
+/// The figures of all machines that are compared: group and name. Each is one of a run's report.
 const FIGURES: [(&str, &str); 15] = [
     ("cycles", "total"),
     ("cycles", "store"),
@@ -57,9 +57,21 @@ struct Row<'a> {
 }
 
 impl Compared {
-    /// The figures that are compared, in their order.
+    /// The figures that are compared, in their order: those of every machine, and if all machines are of one
+    /// architecture also its own.
+    fn figures(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let first = self.trials.first().map(|trial| &trial.report);
+        let alike = first
+            .filter(|report| self.trials.iter().all(|trial| trial.report.arch() == report.arch()));
+        let own = alike.into_iter().flat_map(|report| {
+            let own = report.entries().iter().filter(|entry| entry.group == report.arch());
+            own.map(|entry| (entry.group, entry.name))
+        });
+        FIGURES.into_iter().chain(own)
+    }
+
     fn rows(&self) -> Vec<Row<'_>> {
-        FIGURES.into_iter().filter_map(|(group, name)| self.row(group, name)).collect()
+        self.figures().filter_map(|(group, name)| self.row(group, name)).collect()
     }
 
     /// One figure; there is none where nothing was run.
@@ -116,11 +128,12 @@ impl Comparison {
             let frame = trial.report.entries().iter().filter(|e| e.group == "frame");
             about.append(&mut nest(frame, &mut object));
         }
+        let figures: Vec<_> = scene.figures().collect();
         let runs = self.machines.iter().zip(&scene.trials).map(|(machine, trial)| {
             let mut run = trial.report.labels();
             run.remove("scene");
             run.insert("machine".into(), json!(machine));
-            let compared = |e: &&Entry| FIGURES.contains(&(e.group, e.name));
+            let compared = |e: &&Entry| figures.contains(&(e.group, e.name));
             about.append(&mut nest(trial.report.entries().iter().filter(compared), &mut run));
             Json::Object(run)
         });
