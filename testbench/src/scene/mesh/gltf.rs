@@ -192,7 +192,10 @@ mod tests {
 
     #[test]
     fn room_is_taken_until_there_is_none() {
-        let json = br#"{"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"count":3,"type":"VEC3"}],
+        let json = br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":36}],
+            "bufferViews":[{"buffer":0,"byteLength":36}],
+            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+                          "min":[0,0,0],"max":[0,0,0]}],
             "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":0}]}]}"#;
         let (document, _) = parse("a.gltf", json).unwrap();
         let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
