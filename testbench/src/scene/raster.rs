@@ -7,7 +7,7 @@
 
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
-use glam::Vec4;
+use glam::{DVec4, Vec4};
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_sim::Label;
 
@@ -24,10 +24,10 @@ struct Corner {
     y: i64,
     /// Depth, 0 near to 1 far.
     z: f64,
-    /// 1 / w, above 0.
-    inv_w: f32,
+    /// 1 / w, above 0; of a mesh that is huge it is too small for an `f32`.
+    inv_w: f64,
     /// Colour, 0..=255 per channel, divided by w.
-    colour_over_w: Vec4,
+    colour_over_w: DVec4,
 }
 
 /// Turns triangles in clip coordinates into the fragments of a frame.
@@ -74,8 +74,8 @@ impl Raster {
             x: screen(vertex.clip.x * inv_w, self.width),
             y: screen(-vertex.clip.y * inv_w, self.height),
             z: vertex.clip.z * inv_w,
-            inv_w: inv_w as f32,
-            colour_over_w: vertex.colour * inv_w as f32,
+            inv_w,
+            colour_over_w: vertex.colour.as_dvec4() * inv_w,
         }
     }
 
@@ -143,10 +143,10 @@ fn covered(corners: [i64; 3], pixels: u32) -> std::ops::Range<i64> {
 fn shaded(x: u32, y: u32, corners: &[Corner; 3], weights: [f64; 3]) -> Fragment {
     let mix = |of: fn(&Corner) -> f64| (0..3).map(|i| weights[i] * of(&corners[i])).sum::<f64>();
     let z = mix(|corner| corner.z);
-    let weights = weights.map(|weight| weight as f32);
-    let inv_w: f32 = (0..3).map(|i| weights[i] * corners[i].inv_w).sum();
-    let colour: Vec4 = (0..3).map(|i| weights[i] * corners[i].colour_over_w).sum::<Vec4>() / inv_w;
-    Fragment { x, y, z: depth(z), rgba: packed(colour), label: Label::NONE }
+    let inv_w = mix(|corner| corner.inv_w);
+    let colour: DVec4 =
+        (0..3).map(|i| weights[i] * corners[i].colour_over_w).sum::<DVec4>() / inv_w;
+    Fragment { x, y, z: depth(z), rgba: packed(colour.as_vec4()), label: Label::NONE }
 }
 
 /// A depth of 0 near to 1 far in 24 bits, below [`Z_FAR`] for all that the far plane does not cut away.

@@ -158,6 +158,18 @@ fn depth_is_floored_and_the_far_plane_is_nearer_than_a_cleared_buffer() {
     assert!(drawn(raster(), triangle(-1e-9), [Vec4::ZERO; 3]).is_empty());
 }
 
+/// 1 / w is below what an `f32` holds with all its bits.
+#[test]
+fn a_mesh_of_any_size_keeps_its_colour() {
+    for w in [1e-38, 1.0, 1e38] {
+        let triangle = [[-1.0, -1.0, 0.5, 1.0], [3.0, -1.0, 0.5, 1.0], [-1.0, 3.0, 0.5, 1.0]]
+            .map(|v| v.map(|c| c * w));
+        let fragments = drawn(raster(), triangle, [Vec4::new(1.0, 102.0, 254.0, 77.0); 3]);
+        assert_eq!(fragments.len() as u32, SIDE * SIDE);
+        assert!(fragments.iter().all(|f| f.rgba == rgba(1, 102, 254, 77)), "w = {w}");
+    }
+}
+
 #[test]
 fn colour_follows_perspective() {
     // Left edge at w = 1, right edge at w = 3. Half-way across the screen is a quarter of the way in space:
