@@ -1,7 +1,6 @@
 //! Coverage against a brute-force oracle, shared edges, depth, interpolation and clipping.
 
 use super::*;
-use glam::DVec4;
 use pellucid_sim::Label;
 use proptest::prelude::*;
 use std::convert::Infallible;
@@ -13,7 +12,7 @@ fn raster() -> Raster {
 }
 
 fn corner((x, y): (i64, i64)) -> Corner {
-    Corner { x, y, z: 0.5, inv_w: 1.0, colour_over_w: Vec4::splat(9.0) }
+    Corner { x, y, z: 0.5, inv_w: 1.0, colour_over_w: DVec4::splat(9.0) }
 }
 
 /// How often each pixel is covered, row by row.
