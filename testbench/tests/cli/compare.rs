@@ -74,10 +74,13 @@ fn the_figures_are_those_of_single_runs() {
             let stalls: u64 = stalls.map(|stream| stream["stalls"].as_u64().unwrap()).sum();
             let name = "stalls.streams".to_string();
             let mut figures = vec![(name, Value::from(stalls))];
-            for figure in FIGURES {
-                let value = &single[figure.split_once('.').unwrap().0];
-                let value = &value[figure.split_once('.').unwrap().1];
-                figures.push((figure.to_string(), value.clone()));
+            // All machines are T-buffers.
+            let own = single["tbuffer"].as_object().unwrap().keys();
+            let own = own.map(|name| format!("tbuffer.{name}"));
+            for figure in FIGURES.map(str::to_string).into_iter().chain(own) {
+                let (group, name) = figure.split_once('.').unwrap();
+                let value = single[group][name].clone();
+                figures.push((figure, value));
             }
             for (figure, value) in figures {
                 assert!(value.is_u64(), "{scene} {machine} {figure}");
@@ -96,6 +99,26 @@ fn the_figures_are_those_of_single_runs() {
     found.sort();
     lines.sort();
     assert_eq!(found, lines);
+}
+
+/// Machines of one architecture are compared by its own figures too. After a frame the queue has the sections in
+/// another order, and the pointer begins at the first again: it leaves a row of 64 when all of it is taken.
+#[test]
+fn a_machine_that_has_run_takes_its_sections_in_another_order() {
+    let folder = folder();
+    let machines = ["bump", "fifo"].map(|name| format!("tbuffer,allocator={name}"));
+    let machines = ["--machine", &machines[0], "--machine", &machines[1]];
+    let [cold, warm] = [&[][..], &["--warm-up", "2"]].map(|more| {
+        exact(compare(folder.path(), &[&machines[..], &["--quiet"], more].concat()));
+        let json = json(&folder.path().join("pellucid-compare"));
+        json["scenes"][0]["machines"].as_array().unwrap().clone()
+    });
+    let switches = |run: &Value| run["tbuffer"]["row_switches"].as_u64().unwrap();
+    let in_order = (cold[0]["tbuffer"]["peak_sections"].as_u64().unwrap() - 1) / 64;
+    assert_eq!(cold.iter().map(switches).collect::<Vec<_>>(), [in_order; 2]);
+    assert_eq!(warm[0]["tbuffer"], cold[0]["tbuffer"]);
+    assert!(switches(&warm[1]) > in_order);
+    assert_eq!(warm[1]["cycles"], cold[1]["cycles"]);
 }
 
 #[test]
@@ -197,7 +220,8 @@ fn the_table_has_a_column_a_machine_and_a_group_a_scene() {
         let [fast, paper] =
             [0, 1].map(|m| json["scenes"][k]["machines"][m]["cycles"]["total"].to_string());
         assert_eq!(words, ["cycles.total", "cycles", &fast, &paper]);
-        assert_eq!(group.lines().count(), FIGURES.len() + 1);
+        let own = json["scenes"][k]["machines"][0]["tbuffer"].as_object().unwrap();
+        assert_eq!(group.lines().count(), FIGURES.len() + 1 + own.len());
     }
     let end = "Every image equals the golden model's, bit for bit, and every count its closed form.\n\n\
                \x20 pellucid-compare/compare.html    the figures with plots and images, for a browser\n";
