@@ -5,8 +5,8 @@
 //! chosen.
 
 use super::{
-    Allocator, AllocatorKind, Bitmap, Bump, Choice, FreeList, Hierarchical, In, Lent, Moore, Stack,
-    Threaded,
+    Allocator, AllocatorKind, Bitmap, Bump, Cached, Choice, FreeList, Hierarchical, In, Lent,
+    Moore, Stack, Threaded,
 };
 use pellucid_sim::netlist::{Lift, Numbers, Value};
 use pellucid_sim::{Block, Declare, Memory, Netlist, Overflow, Signals, Sink, Storage};
@@ -184,4 +184,5 @@ chosen! {
     Threaded: Threaded,
     Bitmap: Bitmap,
     Hierarchical: Hierarchical,
+    Cached: Cached,
 }

@@ -17,20 +17,27 @@
 //! | [`Threaded`] | one a cycle, latest release first | none: the lent words |
 //! | [`Bitmap`] | one a cycle, lowest number first | none: a register bit per section |
 //! | [`Hierarchical`] | lowest number first, up to 64 in a row one a cycle | a bit per section and its summaries |
+//! | [`Cached`] | latest release first, as far as its cache reaches | a few registers, and those of [`Hierarchical`] |
+//!
+//! [`Lanes`] is for several takers and givers in a cycle, and has ports of its own.
 
 mod bitmap;
 mod bump;
+mod cached;
 pub mod chosen;
 mod free_list;
 mod hierarchical;
+pub mod lanes;
 mod stack;
 mod threaded;
 
 pub use bitmap::Bitmap;
 pub use bump::Bump;
+pub use cached::Cached;
 pub use chosen::Chosen;
 pub use free_list::FreeList;
 pub use hierarchical::Hierarchical;
+pub use lanes::Lanes;
 pub use stack::Stack;
 pub use threaded::Threaded;
 
@@ -53,6 +60,9 @@ choice! {
         Bitmap = "bitmap",
         /// A bit for each section in memory, and words of bits that say where to look.
         Hierarchical = "hierarchical",
+        /// A small cache of sections in registers over a hierarchical bitmap: what came back last is granted
+        /// first.
+        Cached = "cached",
     }
 }
 

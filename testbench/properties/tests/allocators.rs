@@ -1,7 +1,8 @@
 //! The allocators of the library keep their contract; faults of every kind are found out.
 
 use pellucid_hw::allocator::{
-    Bitmap, Bump, Config, Contract, FreeList, Hierarchical, In, Lent, Moore, Stack, Threaded,
+    Bitmap, Bump, Cached, Config, Contract, FreeList, Hierarchical, In, Lent, Moore, Stack,
+    Threaded,
 };
 use pellucid_properties::allocator::{Property, Step, check, exhaust, report, test};
 use pellucid_properties::allocator_properties;
@@ -14,6 +15,7 @@ allocator_properties!(Bump, bump);
 allocator_properties!(Threaded, threaded);
 allocator_properties!(Bitmap, bitmap);
 allocator_properties!(Hierarchical, hierarchical);
+allocator_properties!(Cached, cached);
 allocator_properties!(Bits<NONE>, bits);
 
 /// What is wrong with [`Bits`].
