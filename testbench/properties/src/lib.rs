@@ -16,7 +16,7 @@
 //!
 //! | module | what it has |
 //! | --- | --- |
-//! | [`allocator`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`] | the contracts |
+//! | [`allocator`], [`lanes`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`] | the contracts |
 //! | [`mod@reference`] | what a contract is |
 //! | [`harness`] | what runs a block beside one |
 
@@ -24,6 +24,7 @@ pub mod allocator;
 pub mod blender;
 pub mod fifo;
 pub mod harness;
+pub mod lanes;
 pub mod ram;
 pub mod reference;
 mod report;
