@@ -25,7 +25,6 @@ macro_rules! chosen {
         }
 
         /// Memories of the one that was chosen.
-        #[expect(clippy::large_enum_variant, reason = "a machine has two")]
         pub enum Mem {
             $(#[doc = concat!("Of [`", stringify!($block), "`].")] $kind(<$block as Block>::Mem),)*
         }
