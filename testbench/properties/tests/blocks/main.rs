@@ -10,14 +10,24 @@ mod stream;
 /// The sentences of the contracts as they stand in the book.
 #[test]
 fn the_book_has_the_properties() {
-    use pellucid_properties::{blender, fifo, ram, sorter, stream};
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/properties.md");
-    let page = std::fs::read_to_string(page).unwrap();
+    use pellucid_properties::{allocator, blender, fifo, lanes, ram, sorter, stream};
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/");
+    let pages = ["properties.md", "allocators.md"];
+    let page =
+        pages.map(|page| std::fs::read_to_string(format!("{folder}{page}")).unwrap()).concat();
     let has = |sentences: &[&dyn std::fmt::Display]| {
         for sentence in sentences {
             assert!(page.contains(&format!("\n| {sentence} | ")), "it has no line for: {sentence}");
         }
     };
+    {
+        use allocator::Property::{Exhausted, Fault, Granted, Held, Lent, Range, Twice};
+        has(&[&Range, &Twice, &Held, &Granted, &Exhausted, &Lent, &Fault]);
+    }
+    {
+        use lanes::Property::{Exhausted, Fault, Granted, Held, Range, Ready, Twice};
+        has(&[&Range, &Twice, &Held, &Granted, &Exhausted, &Ready, &Fault]);
+    }
     {
         use fifo::Property::{Count, Fault, Front, Held, Order, Ready, Reset};
         has(&[&Reset, &Held, &Order, &Front, &Ready, &Count, &Fault]);
