@@ -107,7 +107,7 @@ impl Config {
         Choice { kind: self.shape.allocator, numbers }.into()
     }
     /// Whether the NSA table lends the entries of free sections to the allocator, and has a second port for
-    /// that.
+    /// that: an allocator of one's own that asks for them is built with [`AllocatorKind::Threaded`].
     pub fn lends(&self) -> bool {
         self.shape.allocator == AllocatorKind::Threaded
     }
