@@ -294,10 +294,11 @@ mod tests {
 
     /// Takes so many, one after the other.
     fn take(sim: &mut Sim<Hierarchical>, count: usize) -> Vec<u32> {
-        let mut taken = vec![];
+        let (mut taken, mut since) = (vec![], 0);
         while taken.len() < count {
             let Moore { grant, exhausted } = sim.moore();
-            assert!(!exhausted, "after {} of {count}", taken.len());
+            since = if grant.valid { 0 } else { since + 1 };
+            assert!(!exhausted && since < LATENCY, "after {} of {count}", taken.len());
             taken.extend(grant.valid.then_some(grant.payload));
             clock(sim, true, None);
         }
