@@ -14,7 +14,6 @@ use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
-use std::path::Path;
 
 /// What happens at a lane in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -324,33 +323,6 @@ const LANES: u32 = 4;
 const _: () = assert!(LANES as usize <= MAX_LANES);
 /// In most random sequences there are no more sections than this.
 const MANY: u32 = 40;
-
-/// Plays a sequence to an allocator with lanes.
-///
-/// # Errors
-/// The first property that is broken.
-pub fn check<A: Contract + 'static>(setup: Setup, steps: &[Step]) -> Result<(), Broken> {
-    harness::check::<Model<A>>(&setup, steps)
-}
-
-/// Looks at every state that an allocator with lanes can come to, see [`harness::exhaust`].
-///
-/// # Errors
-/// The first property that is broken, with the shortest sequence that breaks it.
-pub fn exhaust<A: Contract + 'static>(
-    setup: Setup,
-    most: usize,
-) -> Result<usize, (Broken, Vec<Step>)> {
-    harness::exhaust::<Model<A>>(&setup, most)
-}
-
-/// Tries random sequences on an allocator with lanes, see [`harness::test`].
-///
-/// # Panics
-/// A property is broken: the message has the shortest sequence and the command that opens its waveform.
-pub fn test<A: Contract + 'static>(source: &'static str, folder: &Path) {
-    harness::test::<Model<A>>(source, folder);
-}
 
 /// Tests of everything that the contract of an allocator with lanes asks for: `lanes_properties!(MyLanes)`, or
 /// with a name for the module that they stand in, `lanes_properties!(MyLanes, mine)`.

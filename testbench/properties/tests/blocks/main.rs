@@ -1,8 +1,10 @@
 //! The library's blocks keep their contracts; faults of every kind are found out.
 
+mod allocator;
 mod blender;
 mod fifo;
 mod found;
+mod lanes;
 mod ram;
 mod sorter;
 mod stream;

@@ -1,13 +1,11 @@
-//! The allocators of the library keep their contract; faults of every kind are found out.
-
+use crate::found;
 use pellucid_hw::allocator::{
     Bitmap, Bump, Cached, Config, Contract, FreeList, Hierarchical, In, Lent, Moore, Stack,
     Threaded,
 };
-use pellucid_properties::allocator::{Property, Step, check, exhaust, report, test};
+use pellucid_properties::allocator::{Model, Property, Step, check, exhaust, report};
 use pellucid_properties::allocator_properties;
 use pellucid_sim::{Block, Signals, Stream};
-use std::panic::catch_unwind;
 
 allocator_properties!(FreeList, free_list);
 allocator_properties!(Stack, stack);
@@ -106,21 +104,8 @@ fn offer(bits: u32) -> Stream<u32> {
     if bits == 0 { Stream::idle() } else { Stream::offer(bits.trailing_zeros()) }
 }
 
-/// The property that random sequences find broken, and the message.
-fn found<const FAULT: u8>() -> (String, tempfile::TempDir) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().to_owned();
-    let panic = catch_unwind(|| test::<Bits<FAULT>>("", &path)).expect_err("it is not found");
-    (panic.downcast_ref::<String>().unwrap().clone(), folder)
-}
-
-/// Both ways find the fault, and name what it breaks.
 fn is_found<const FAULT: u8>(property: Property) {
-    let (message, _) = found::<FAULT>();
-    assert!(message.contains(&format!(": {property}: ")), "{message}");
-    let exhausted = (0..=4).find_map(|sections| exhaust::<Bits<FAULT>>(sections, 100_000).err());
-    let (broken, steps) = exhausted.expect("the search does not find it");
-    assert_eq!(broken.property, property, "{broken}, after {steps:?}");
+    found::is_found::<Model<Bits<FAULT>>>(property);
 }
 
 #[test]
@@ -164,29 +149,17 @@ fn a_register_that_is_too_narrow_is_found() {
 /// The shortest sequence for a section that is lost where one is taken in the cycle of its release.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::<LOST>();
-    let wave = folder.path().join("wave.gtkw");
+    let (message, folder) = found::found::<Model<Bits<LOST>>>();
     let expected = format!(
         "broken in cycle 2: while a section is free, one is granted within the latency: 1 are free and \
          none is granted for 1 cycles\nits waveform: gtkwave {}\n2 sections, cycle by cycle:\n     0  \
          take\n     1  take, release 0\n     2  nothing",
-        wave.display()
+        folder.path().join("wave.gtkw").display()
     );
     assert_eq!(message, expected);
-    let save = std::fs::read_to_string(wave).unwrap();
-    let name = Property::Granted.to_string();
-    assert!(save.contains(&format!("[markername] A{name}\n")), "{save}");
-    let mut wave = wellen::simple::read(folder.path().join("wave.vcd")).unwrap();
-    let signal = {
-        let hierarchy = wave.hierarchy();
-        let mut vars = hierarchy.all_vars().map(|var| &hierarchy[var]);
-        let take = vars.find(|v| v.full_name(hierarchy) == "top.allocator.wires.in.take");
-        take.unwrap().signal_ref()
-    };
-    wave.load_signals(&[signal]);
-    let changes = wave.get_signal(signal).unwrap().iter_changes();
-    let shown: Vec<String> = changes.map(|(_, value)| value.to_bit_string().unwrap()).collect();
-    assert_eq!(shown, ["1", "0"], "taken in two cycles, looked at in the third");
+    found::has_marker(&folder, Property::Granted);
+    // Taken in two cycles, looked at in the third.
+    assert_eq!(found::shown(&folder, "allocator.wires.in.take"), [(0, 1), (2, 0)]);
 }
 
 #[test]

@@ -1,12 +1,10 @@
-//! The allocator with lanes keeps its contract, which is as tight as it says; faults of every kind are found
-//! out.
-
+use crate::found::{self, found};
 use pellucid_hw::allocator::Lanes;
 use pellucid_hw::allocator::lanes::{Config, Contract, In, MAX_LANES, Moore};
-use pellucid_properties::lanes::{Hand, Model, Property, Setup, Step, check, exhaust, test};
-use pellucid_properties::{Reference, lanes_properties};
+use pellucid_properties::harness::check;
+use pellucid_properties::lanes::{Hand, Model, Property, Setup, Step};
+use pellucid_properties::lanes_properties;
 use pellucid_sim::{Block, Signals, Stream};
-use std::panic::catch_unwind;
 
 lanes_properties!(Lanes, all);
 lanes_properties!(Bits<NONE>, bits);
@@ -189,23 +187,8 @@ as_lanes!(Spills, |d| d.shared.back.valid = false);
 as_lanes!(Hasty, |_| {});
 as_lanes!(Roomy, |_| {});
 
-/// The message of random sequences that break a property.
-fn message<A: Contract + 'static>() -> String {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().to_owned();
-    let panic = catch_unwind(|| test::<A>("", &path)).expect_err("it is not found");
-    panic.downcast_ref::<String>().unwrap().clone()
-}
-
-/// Both ways find the fault, and name what it breaks.
-#[track_caller]
 fn is_found<const FAULT: u8>(property: Property) {
-    let message = message::<Bits<FAULT>>();
-    assert!(message.contains(&format!(": {property}: ")), "{message}");
-    let small = Model::<Bits<FAULT>>::small();
-    let exhausted = small.into_iter().find_map(|setup| exhaust::<Bits<FAULT>>(setup, 50_000).err());
-    let (broken, steps) = exhausted.expect("the search does not find it");
-    assert_eq!(broken.property, property, "{broken}, after {steps:?}");
+    found::is_found::<Model<Bits<FAULT>>>(property);
 }
 
 #[test]
@@ -222,7 +205,7 @@ fn a_section_that_is_lost_is_found() {
 
 #[test]
 fn a_section_that_is_lost_in_a_spill_is_found() {
-    let message = message::<Spills>();
+    let (message, _) = found::<Model<Spills>>();
     assert!(message.contains(&Property::Granted.to_string()), "{message}");
 }
 
@@ -281,7 +264,7 @@ impl Script {
         cycles.iter().for_each(|cycle| self.hand(lane, *cycle).release = Some(0));
     }
     fn check<A: Contract + 'static>(&self) -> Result<(), Property> {
-        check::<A>(self.setup, &self.steps).map_err(|broken| broken.property)
+        check::<Model<A>>(&self.setup, &self.steps).map_err(|broken| broken.property)
     }
 }
 
