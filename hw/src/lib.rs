@@ -16,6 +16,7 @@
 //! | [`tbuffer`], [`rbuffer`], [`mbuffer`] | the architectures of seed 000 |
 
 pub mod allocator;
+pub mod bits;
 pub mod blender;
 pub mod chains;
 pub mod course;

@@ -11,6 +11,7 @@
 //! is taken, the encoder looks at all bits, with that of the section which comes back in the same cycle.
 
 use super::{Allocator, Config, Contract, In, Lent, Moore};
+use crate::bits::{WORD_BITS, WORD_SHIFT, bit, lowest, rest};
 use pellucid_sim::Block;
 use pellucid_sim::{Signals, Stream, rtl};
 
@@ -19,9 +20,6 @@ use pellucid_sim::{Signals, Stream, rtl};
 pub struct Bitmap;
 
 const MAX_WORDS: usize = 64;
-/// Bits of a word.
-const WORD_BITS: u32 = 64;
-const WORD_SHIFT: u32 = 6;
 
 impl Contract for Bitmap {
     const MOST: u32 = WORD_BITS * MAX_WORDS as u32;
@@ -88,22 +86,20 @@ impl Block for Bitmap {
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Lent {
         let wanted = i.take || !q.offer.valid;
         let back = i.release.payload;
-        let bit = 1u64 << (back & (WORD_BITS - 1));
-        let mut lowest = 0;
+        let mut at = 0;
         let mut found = false;
         for k in 0..cfg.words() {
             let here = i.release.valid && back >> WORD_SHIFT == k;
-            let free = if here { q.free[k as usize] | bit } else { q.free[k as usize] };
-            let rest = free & free.wrapping_sub(1);
+            let free = if here { q.free[k as usize] | bit(back) } else { q.free[k as usize] };
             let first = wanted && !found && free != 0;
             if first {
-                lowest = k * WORD_BITS + (free.trailing_zeros() & (WORD_BITS - 1));
+                at = k * WORD_BITS + lowest(free);
             }
             found |= first;
-            d.free[k as usize] = if first { rest } else { free };
+            d.free[k as usize] = if first { rest(free) } else { free };
         }
         if wanted {
-            d.offer = Stream { valid: found, payload: lowest };
+            d.offer = Stream { valid: found, payload: at };
         }
         Lent::default()
     }

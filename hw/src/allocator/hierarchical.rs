@@ -23,6 +23,7 @@
 //! cannot keep a taker waiting.
 
 use super::{Allocator, Config, Contract, In, Lent, Moore};
+use crate::bits::{WORD_BITS, WORD_SHIFT, bit, lowest, rest};
 use pellucid_sim::Block;
 use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
 
@@ -33,9 +34,6 @@ pub struct Hierarchical;
 /// Cycles to an offer at the most: the search asks the root and three levels, one a cycle, and what it finds is
 /// offered in the next. Before that a release may be on its way into the tree, in the cycle of the take.
 pub const LATENCY: u32 = 5;
-/// Bits of a word.
-const WORD_BITS: u32 = 64;
-const SHIFT: u32 = 6;
 
 impl Contract for Hierarchical {
     fn latency(_: &Config) -> u32 {
@@ -125,27 +123,6 @@ pub struct Mem {
     pub leaf: Ram1R1W<u64>,
 }
 
-/// The place of the lowest bit; 0 if there is none.
-#[inline(always)]
-#[rtl]
-fn lowest(word: u64) -> u32 {
-    word.trailing_zeros() & (WORD_BITS - 1)
-}
-
-/// The bit at place `at`, of which the lowest six bits count.
-#[inline(always)]
-#[rtl]
-fn bit(at: u32) -> u64 {
-    1u64 << (at & (WORD_BITS - 1))
-}
-
-/// The word but for its lowest bit.
-#[inline(always)]
-#[rtl]
-fn rest(word: u64) -> u64 {
-    word & word.wrapping_sub(1)
-}
-
 #[rtl(
     check(Hierarchical, Config { sections: 1 }),
     check(Hierarchical, Config { sections: 6 }),
@@ -197,7 +174,8 @@ impl Block for Hierarchical {
         // What came back is added to the words above it.
         if q.back.valid {
             let id = q.back.payload;
-            let (leaf, middle, upper) = (id >> SHIFT, id >> (2 * SHIFT), id >> (3 * SHIFT));
+            let (leaf, middle, upper) =
+                (id >> WORD_SHIFT, id >> (2 * WORD_SHIFT), id >> (3 * WORD_SHIFT));
             d.root = q.root | bit(upper);
             m.upper.write(upper, upper_data | bit(middle));
             m.middle.write(middle, middle_data | bit(leaf));
@@ -208,7 +186,7 @@ impl Block for Hierarchical {
         let found = q.search == Search::Leaf;
         let hand = if found { leaf_data } else { q.hand };
         if found {
-            let (middle, upper) = (q.word >> SHIFT, q.word >> (2 * SHIFT));
+            let (middle, upper) = (q.word >> WORD_SHIFT, q.word >> (2 * WORD_SHIFT));
             let between = rest(q.middle);
             let above = if between == 0 { rest(q.upper) } else { q.upper };
             m.leaf.write(q.word, 0);
@@ -226,7 +204,7 @@ impl Block for Hierarchical {
         d.hand = hand;
         if wanted {
             if hand != 0 {
-                d.offer = Stream { valid: true, payload: (q.word << SHIFT) + lowest(hand) };
+                d.offer = Stream { valid: true, payload: (q.word << WORD_SHIFT) + lowest(hand) };
                 d.hand = rest(hand);
             } else if direct {
                 d.offer = i.release;
@@ -234,13 +212,13 @@ impl Block for Hierarchical {
                 d.offer = Stream { valid: true, payload: q.fresh };
                 d.fresh = q.fresh + 1;
                 if bit(q.fresh) == 1 {
-                    let leaf = q.fresh >> SHIFT;
+                    let leaf = q.fresh >> WORD_SHIFT;
                     m.leaf.write(leaf, 0);
                     if bit(leaf) == 1 {
-                        let middle = leaf >> SHIFT;
+                        let middle = leaf >> WORD_SHIFT;
                         m.middle.write(middle, 0);
                         if bit(middle) == 1 {
-                            m.upper.write(middle >> SHIFT, 0);
+                            m.upper.write(middle >> WORD_SHIFT, 0);
                         }
                     }
                 }
@@ -252,20 +230,20 @@ impl Block for Hierarchical {
         if i.release.valid && !direct {
             // What comes back asks for the words above it.
             let id = i.release.payload;
-            m.leaf.read(id >> SHIFT);
-            m.middle.read(id >> (2 * SHIFT));
-            m.upper.read(id >> (3 * SHIFT));
+            m.leaf.read(id >> WORD_SHIFT);
+            m.middle.read(id >> (2 * WORD_SHIFT));
+            m.upper.read(id >> (3 * WORD_SHIFT));
             d.back = i.release;
         } else if !q.back.valid {
             // Else the ports are free for the search.
             if q.search == Search::Upper {
-                let middle = (q.word << SHIFT) + lowest(upper_data);
+                let middle = (q.word << WORD_SHIFT) + lowest(upper_data);
                 m.middle.read(middle);
                 d.upper = upper_data;
                 d.word = middle;
                 d.search = Search::Middle;
             } else if q.search == Search::Middle {
-                let leaf = (q.word << SHIFT) + lowest(middle_data);
+                let leaf = (q.word << WORD_SHIFT) + lowest(middle_data);
                 m.leaf.read(leaf);
                 d.middle = middle_data;
                 d.word = leaf;

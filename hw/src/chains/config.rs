@@ -116,8 +116,3 @@ impl Config {
         self.owned + self.shape.on_chip
     }
 }
-
-/// Bits of a word of the occupancy bitmap and of its summary.
-pub const OCCUPANCY_BITS: u32 = 64;
-/// How far a pixel's or word's number is shifted to get that of its occupancy word.
-pub const OCCUPANCY_SHIFT: u32 = OCCUPANCY_BITS.ilog2();

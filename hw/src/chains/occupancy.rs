@@ -6,11 +6,12 @@
 //!  word and summary: read, clear ->| Occupancy |---> word, summary
 //!  clear ------------------------->+-----------+
 //! ```
-//! A word holds [`OCCUPANCY_BITS`] bits. The store unit asks for a pixel, and may set it in any later
+//! A word holds [`WORD_BITS`] bits. The store unit asks for a pixel, and may set it in any later
 //! cycle until it asks again; a pixel may be set and the next one asked for in one cycle. With
 //! `scan=linear` it does not exist.
 
-use super::config::{Config, OCCUPANCY_BITS, OCCUPANCY_SHIFT};
+use super::config::Config;
+use crate::bits::{WORD_BITS, WORD_SHIFT, bit};
 use pellucid_sim::{
     Block, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
 };
@@ -31,13 +32,13 @@ pub struct In {
     #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// The scanner clears a summary word.
-    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
+    #[with(cfg.word_bits(), WORD_BITS)]
     pub summary_clear: WritePort<u64>,
     /// The scanner reads a word.
     #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// The scanner clears a word.
-    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
+    #[with(cfg.word_bits(), WORD_BITS)]
     pub word_clear: WritePort<u64>,
     /// A number: the words of the bitmap and of the summary that have it are set to 0.
     #[with(cfg.screen.pixel_bits())]
@@ -48,10 +49,10 @@ pub struct In {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// A word of the summary.
-    #[with(OCCUPANCY_BITS)]
+    #[with(WORD_BITS)]
     pub summary: Read<u64>,
     /// A word of the bitmap.
-    #[with(OCCUPANCY_BITS)]
+    #[with(WORD_BITS)]
     pub word: Read<u64>,
 }
 
@@ -67,11 +68,11 @@ pub struct Mem {
 impl Config {
     /// Words of the bitmap.
     pub fn occupancy_words(&self) -> u32 {
-        self.screen.pixels().div_ceil(OCCUPANCY_BITS)
+        self.screen.pixels().div_ceil(WORD_BITS)
     }
     /// Words of the summary.
     pub fn summary_words(&self) -> u32 {
-        self.occupancy_words().div_ceil(OCCUPANCY_BITS)
+        self.occupancy_words().div_ceil(WORD_BITS)
     }
 }
 
@@ -92,7 +93,7 @@ impl Block for Occupancy {
     fn memories(cfg: &Config) -> Mem {
         let ram = |words| {
             let words = if cfg.shape.bitmap { words } else { 0 };
-            Ram1R1W::new(words, OCCUPANCY_BITS, 1, ReadDuringWrite::New)
+            Ram1R1W::new(words, WORD_BITS, 1, ReadDuringWrite::New)
         };
         Mem { bitmap: ram(cfg.occupancy_words()), summary: ram(cfg.summary_words()) }
     }
@@ -106,18 +107,16 @@ impl Block for Occupancy {
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
         if cfg.shape.bitmap {
             if i.set.valid {
-                let word = i.set.payload >> OCCUPANCY_SHIFT;
-                let bit = 1 << (i.set.payload & (OCCUPANCY_BITS - 1));
-                m.bitmap.write(word, m.bitmap.q().data | bit);
-                let summary_bit = 1 << (word & (OCCUPANCY_BITS - 1));
-                if m.summary.q().data & summary_bit == 0 {
-                    m.summary.write(word >> OCCUPANCY_SHIFT, m.summary.q().data | summary_bit);
+                let word = i.set.payload >> WORD_SHIFT;
+                m.bitmap.write(word, m.bitmap.q().data | bit(i.set.payload));
+                if m.summary.q().data & bit(word) == 0 {
+                    m.summary.write(word >> WORD_SHIFT, m.summary.q().data | bit(word));
                 }
             }
             if i.ask.valid {
-                let word = i.ask.payload >> OCCUPANCY_SHIFT;
+                let word = i.ask.payload >> WORD_SHIFT;
                 m.bitmap.read(word);
-                m.summary.read(word >> OCCUPANCY_SHIFT);
+                m.summary.read(word >> WORD_SHIFT);
             }
             m.bitmap.pass_read(i.word_read);
             m.bitmap.pass_write(i.word_clear);

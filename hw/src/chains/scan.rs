@@ -12,8 +12,9 @@
 //! passes over a summary word without any in one cycle, a second one finds the occupied pixels in
 //! those words. Both clear what they have read.
 
-use super::config::{Config, OCCUPANCY_BITS};
+use super::config::Config;
 use super::walk::{self, BitWalk};
+use crate::bits::WORD_BITS;
 use crate::pixel::Marked;
 use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, bits_for, rtl};
 
@@ -54,7 +55,7 @@ impl Config {
     }
     /// Bits of the number of an occupancy word.
     pub fn word_bits(&self) -> u32 {
-        bits_for(u64::from(self.screen.pixels() / OCCUPANCY_BITS))
+        bits_for(u64::from(self.screen.pixels() / WORD_BITS))
     }
 }
 
@@ -64,10 +65,10 @@ pub struct In {
     /// A frame is stored. Only while idle.
     pub start: bool,
     /// The summary word that was asked for.
-    #[with(OCCUPANCY_BITS)]
+    #[with(WORD_BITS)]
     pub summary: Read<u64>,
     /// The occupancy word that was asked for.
-    #[with(OCCUPANCY_BITS)]
+    #[with(WORD_BITS)]
     pub word: Read<u64>,
     /// The receiver takes a pixel.
     pub pixel_ready: bool,
@@ -88,13 +89,13 @@ pub struct Out {
     #[with(cfg.word_bits())]
     pub summary_read: ReadPort,
     /// Clears a summary word.
-    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
+    #[with(cfg.word_bits(), WORD_BITS)]
     pub summary_clear: WritePort<u64>,
     /// Reads an occupancy word.
     #[with(cfg.word_bits())]
     pub word_read: ReadPort,
     /// Clears an occupancy word.
-    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
+    #[with(cfg.word_bits(), WORD_BITS)]
     pub word_clear: WritePort<u64>,
 }
 

@@ -8,10 +8,11 @@
 //!             +---------+
 //! ```
 //! It is sent the numbers of words, looks each up in a memory that answers after one cycle, sends the
-//! number of every set bit (the word's number times [`OCCUPANCY_BITS`] plus its place), lowest first,
+//! number of every set bit (the word's number times [`WORD_BITS`] plus its place), lowest first,
 //! and clears the word. One bit a cycle, or one word without any; the next word is looked up ahead.
 
-use super::config::{Config, OCCUPANCY_BITS, OCCUPANCY_SHIFT};
+use super::config::Config;
+use crate::bits::{WORD_BITS, WORD_SHIFT, lowest, rest};
 use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
@@ -21,7 +22,7 @@ pub struct BitWalk;
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Bits of the word at hand that are yet to be sent.
-    #[width(OCCUPANCY_BITS)]
+    #[width(WORD_BITS)]
     pub bits: u64,
     /// Number of the word at hand.
     #[width(cfg.word_bits())]
@@ -38,7 +39,7 @@ pub struct In {
     #[with(cfg.word_bits())]
     pub word: Stream<u32>,
     /// The word that was asked for.
-    #[with(OCCUPANCY_BITS)]
+    #[with(WORD_BITS)]
     pub data: Read<u64>,
     /// The receiver takes a bit.
     pub bit_ready: bool,
@@ -63,14 +64,14 @@ pub struct Out {
     #[with(cfg.word_bits())]
     pub read: ReadPort,
     /// Clears a word.
-    #[with(cfg.word_bits(), OCCUPANCY_BITS)]
+    #[with(cfg.word_bits(), WORD_BITS)]
     pub clear: WritePort<u64>,
 }
 
 impl Config {
     /// Bits of the number of a bit that a walk finds.
     pub fn walk_bits(&self) -> u32 {
-        self.word_bits() + OCCUPANCY_SHIFT
+        self.word_bits() + WORD_SHIFT
     }
 }
 
@@ -91,9 +92,8 @@ impl Block for BitWalk {
 
     #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
-        let place = q.bits.trailing_zeros() & (OCCUPANCY_BITS - 1);
         Moore {
-            bit: Stream { valid: q.bits != 0, payload: q.word * OCCUPANCY_BITS + place },
+            bit: Stream { valid: q.bits != 0, payload: q.word * WORD_BITS + lowest(q.bits) },
             idle: q.bits == 0 && !q.asked.valid,
         }
     }
@@ -102,9 +102,9 @@ impl Block for BitWalk {
     fn next(_: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut read, mut clear) = (ReadPort::default(), WritePort::default());
         // The bit that leaves is the lowest.
-        let rest = if i.bit_ready { q.bits & q.bits.wrapping_sub(1) } else { q.bits };
-        let empty = rest == 0;
-        d.bits = rest;
+        let left = if i.bit_ready { rest(q.bits) } else { q.bits };
+        let empty = left == 0;
+        d.bits = left;
         if empty && q.asked.valid {
             d.word = q.asked.payload;
             d.bits = i.data.data;
