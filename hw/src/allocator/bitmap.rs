@@ -110,12 +110,6 @@ mod tests {
     use super::*;
     use pellucid_sim::Sim;
 
-    #[test]
-    fn without_sections_it_is_exhausted_at_once() {
-        let seen = Sim::<Bitmap>::new(Config { sections: 0 }).moore();
-        assert!(seen.exhausted && !seen.grant.valid);
-    }
-
     /// Over the ends of words, up to the last.
     #[test]
     fn the_lowest_goes_first() {

@@ -84,19 +84,9 @@ impl Block for Bump {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::clock;
     use super::*;
     use pellucid_sim::Sim;
-
-    fn clock(sim: &mut Sim<Bump>, take: bool, release: Option<u32>) {
-        let release = release.map_or(Stream::idle(), Stream::offer);
-        sim.clock(In { take, release, ..In::default() }).unwrap();
-    }
-
-    #[test]
-    fn without_sections_it_is_exhausted_at_once() {
-        let seen = Sim::<Bump>::new(Config { sections: 0 }).moore();
-        assert!(seen.exhausted && !seen.grant.valid);
-    }
 
     #[test]
     fn it_begins_again_once_all_are_back() {

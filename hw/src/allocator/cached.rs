@@ -95,15 +95,11 @@ impl Block for Cached {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::clock;
     use super::*;
     use crate::allocator::{Lanes, lanes};
     use pellucid_sim::Sim;
     use proptest::prelude::*;
-
-    fn clock(sim: &mut Sim<Cached>, take: bool, release: Option<u32>) {
-        let release = release.map_or(Stream::idle(), Stream::offer);
-        sim.clock(In { take, release, ..In::default() }).unwrap();
-    }
 
     /// One section is taken in every second cycle, across the words of the bitmap.
     #[test]

@@ -96,12 +96,6 @@ mod tests {
     }
 
     #[test]
-    fn without_sections_it_is_exhausted_at_once() {
-        let seen = list(0).moore();
-        assert!(seen.exhausted && !seen.grant.valid);
-    }
-
-    #[test]
     fn grants_one_a_cycle_until_exhausted() {
         let mut sim = list(5);
         for id in 0..5 {

@@ -261,14 +261,10 @@ impl Block for Hierarchical {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::clock;
     use super::*;
     use pellucid_sim::Sim;
     use std::collections::BTreeSet;
-
-    fn clock(sim: &mut Sim<Hierarchical>, take: bool, release: Option<u32>) {
-        let release = release.map_or(Stream::idle(), Stream::offer);
-        sim.clock(In { take, release, ..In::default() }).unwrap();
-    }
 
     /// Takes so many, one after the other.
     fn take(sim: &mut Sim<Hierarchical>, count: usize) -> Vec<u32> {
@@ -281,12 +277,6 @@ mod tests {
             clock(sim, true, None);
         }
         taken
-    }
-
-    #[test]
-    fn without_sections_it_is_exhausted_at_once() {
-        let seen = Sim::<Hierarchical>::new(Config { sections: 0 }).moore();
-        assert!(seen.exhausted && !seen.grant.valid);
     }
 
     /// Across words of every level: the first and last of leaves, of `middle` words and of `upper` words.

@@ -193,3 +193,24 @@ pub trait Allocator:
     /// Words of its memory, of its largest if there are several, that hold something of use.
     fn words_in_use(q: &Self::State) -> u32;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pellucid_sim::Sim;
+
+    /// A cycle in which the offer is taken or not, and a section given back or none.
+    pub(super) fn clock<A: Contract>(sim: &mut Sim<A>, take: bool, release: Option<u32>) {
+        let release = release.map_or(Stream::idle(), Stream::offer);
+        sim.clock(In { take, release, ..In::default() }).unwrap();
+    }
+
+    #[test]
+    fn without_sections_each_is_exhausted_at_once() {
+        for kind in AllocatorKind::ALL {
+            let choice = Choice { kind: *kind, numbers: Config { sections: 0 } };
+            let seen = Sim::<Chosen>::new(choice).moore();
+            assert!(seen.exhausted && !seen.grant.valid, "{kind:?}");
+        }
+    }
+}

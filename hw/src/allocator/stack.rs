@@ -122,12 +122,6 @@ mod tests {
     }
 
     #[test]
-    fn without_sections_it_is_exhausted_at_once() {
-        let seen = stack(0).moore();
-        assert!(seen.exhausted && !seen.grant.valid);
-    }
-
-    #[test]
     fn the_last_that_came_back_goes_first() {
         let mut sim = stack(6);
         assert_eq!(take(&mut sim, 4), [0, 1, 2, 3].map(Some));
