@@ -5,18 +5,13 @@ use pellucid_hw::machine::{Census, Check, Frame, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::{Label, Signals, Sim, Stream};
-use pellucid_testbench::arch::Architecture;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
-use pellucid_testbench::progress::Progress;
 use pellucid_testbench::recorder::WaveJob;
-use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::scoreboard::Verdict;
-use pellucid_testbench::source::Source;
 use pellucid_testbench::stimulus::chosen;
-use pellucid_testbench::trial::Case;
-use pellucid_testbench::window::{DEFAULT_WINDOWS, Window};
+use pellucid_testbench::window::Window;
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
 use std::path::{Path, PathBuf};
@@ -183,7 +178,7 @@ impl<M: Tested> Setup<M> {
 }
 
 /// Where the waveform of a test that fails is kept: the test runs in a thread of its name.
-fn kept_at() -> PathBuf {
+pub fn kept_at() -> PathBuf {
     let test = std::thread::current().name().unwrap_or("test").replace("::", "-");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("failures").join(test);
     std::fs::create_dir_all(&folder).unwrap();
@@ -512,49 +507,3 @@ macro_rules! properties {
     };
 }
 pub(crate) use properties;
-
-/// The frame through the machine of a preset; the run must be right.
-pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Tally {
-    let mut progress = Progress::new("", None, true);
-    let source = Source::open(scene, options).unwrap();
-    let arch = Architecture::named(arch).unwrap();
-    let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
-    let case = Case::new(scene, source, [machine.arithmetic()], &mut progress).unwrap();
-    let trial = case.run(arch.name, &*machine, None, &mut progress);
-    if trial.as_ref().map_or(true, |trial| !trial.verdict.is_right()) {
-        let windows = DEFAULT_WINDOWS.into_iter().chain([Window::Failure]).collect::<Vec<_>>();
-        let wave = WaveJob::new(&kept_at(), &windows);
-        println!("its waveform: {}", wave.path.display());
-        let place = trial.as_ref().ok().and_then(|trial| trial.verdict.place());
-        let place = place.unwrap_or(Window::Failure);
-        let _ = case.run_again(arch.name, &*machine, &wave, place, &mut progress);
-    }
-    let trial = trial.unwrap();
-    let faults = trial.verdict.faults();
-    assert!(trial.verdict.is_right(), "{scene}, {}, {preset}: {faults:?}", arch.name);
-    trial.report.tally().clone()
-}
-
-/// A small view of a scene through every preset.
-pub fn all_presets(arch: &str, scene: &str) {
-    let options = Options { width: Some(160), height: Some(120), ..Options::default() };
-    for (name, _) in (Architecture::named(arch).unwrap().presets)() {
-        preset(arch, scene, &options, name);
-    }
-}
-
-/// A rate of which the targets speak: `part` per `whole`.
-pub fn assert_rate(what: &str, part: u64, whole: u64, least: f64) {
-    let rate = part as f64 / whole as f64;
-    assert!(rate >= least, "{what}: {rate:.4} fragments per cycle, expected at least {least}");
-}
-
-/// The eight frames of seed 000 through a preset: about one fragment a cycle in either phase.
-pub fn papers_frames_at_the_target_rate(arch: &str, preset_name: &str) {
-    for scene in built_in().iter().filter(|scene| scene.name.starts_with("paper-")) {
-        let Tally { fragments, cycles, .. } =
-            preset(arch, scene.name, &Options::default(), preset_name);
-        assert_rate(&format!("{}, stored", scene.name), fragments.stored, cycles.store, 0.98);
-        assert_rate(&format!("{}, resolved", scene.name), fragments.stored, cycles.resolve, 0.9);
-    }
-}

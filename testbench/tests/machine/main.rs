@@ -3,11 +3,12 @@
 mod failures;
 mod frames;
 mod mbuffer;
+mod presets;
 mod rbuffer;
 mod tbuffer;
 
-use frames::all_presets;
 use pellucid_testbench::arch::ARCHITECTURES;
+use presets::all_presets;
 use std::path::Path;
 
 fn everywhere(scene: &str) {

@@ -1,9 +1,10 @@
 //! The R-buffer.
 
 use crate::frames::{
-    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, effort, fragments, one_frame, preset,
+    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, effort, fragments, one_frame,
     properties, screens, tried,
 };
+use crate::presets::preset;
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::rbuffer::RBuffer;

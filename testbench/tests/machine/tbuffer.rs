@@ -1,9 +1,10 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, allocator, assert_rate, check_drops, effort, one_frame,
-    papers_frames_at_the_target_rate, properties, without_place,
+    ENOUGH, OverFrames, Setup, Tested, allocator, check_drops, effort, one_frame, properties,
+    without_place,
 };
+use crate::presets::{assert_rate, papers_frames_at_the_target_rate};
 use pellucid_hw::allocator::{Allocator, Chosen};
 use pellucid_hw::machine::Check;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
