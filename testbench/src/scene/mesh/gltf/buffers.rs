@@ -18,10 +18,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 /// The content of all buffers of a document; those in the same file share it.
-pub(super) struct Buffers {
-    data: Vec<Rc<Vec<u8>>>,
-    bytes: usize,
-}
+pub(super) struct Buffers(Vec<Rc<Vec<u8>>>);
 
 impl Buffers {
     /// Loads the buffers of the document that was read from `path`.
@@ -30,7 +27,7 @@ impl Buffers {
         document: &Document,
         mut blob: Option<Vec<u8>>,
     ) -> Result<Buffers, SceneError> {
-        let (mut buffers, mut bytes) = (Vec::new(), 0);
+        let mut buffers = Vec::new();
         let mut files: HashMap<PathBuf, Rc<Vec<u8>>> = HashMap::new();
         for buffer in document.buffers() {
             let error = |what: &str| bad(path, None, format!("buffer {} {what}", buffer.index()));
@@ -66,16 +63,16 @@ impl Buffers {
                 let (found, expected) = (data.len(), buffer.length());
                 return Err(error(&format!("has {found} bytes, expected {expected}")));
             }
-            // What is shared has another owner by now: a buffer before it, beside the files.
-            bytes += if Rc::strong_count(&data) > 2 { 0 } else { data.len() };
             buffers.push(data);
         }
-        Ok(Buffers { data: buffers, bytes })
+        Ok(Buffers(buffers))
     }
 
     /// Bytes of all of them; what several share counts once.
     pub fn bytes(&self) -> usize {
-        self.bytes
+        let each: HashMap<_, usize> =
+            self.0.iter().map(|data| (Rc::as_ptr(data), data.len())).collect();
+        each.values().sum()
     }
 
     /// Vectors of `N` floats, or of integers that stand for 0..=1 or -1..=1.
@@ -129,7 +126,7 @@ impl Buffers {
         };
         let (size, count) = (accessor.size(), accessor.count());
         let stride = view.stride().unwrap_or(size).max(size);
-        let buffer = &self.data[view.buffer().index()];
+        let buffer = &self.0[view.buffer().index()];
         let bytes =
             view.offset().checked_add(view.length()).and_then(|end| buffer.get(view.offset()..end));
         let bytes = bytes.and_then(|bytes| bytes.get(accessor.offset()..));
