@@ -27,6 +27,22 @@ impl Memory for () {
     fn visit(&mut self, _: &str, _: &mut dyn FnMut(&str, &mut dyn Storage)) {}
 }
 
+/// The memories of several blocks of one kind, each under its number.
+impl<M: Memory> Memory for Vec<M> {
+    #[inline(always)]
+    fn clock(&mut self) -> bool {
+        self.iter_mut().fold(false, |fault, memory| fault | memory.clock())
+    }
+    fn reset(&mut self) {
+        self.iter_mut().for_each(Memory::reset);
+    }
+    fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
+        for (k, memory) in self.iter_mut().enumerate() {
+            memory.visit(&format!("{path}[{k}]"), to);
+        }
+    }
+}
+
 /// One physical memory.
 pub trait Storage {
     /// Size and traffic.

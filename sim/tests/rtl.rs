@@ -297,6 +297,111 @@ impl Block for Siblings {
     }
 }
 
+/// Holds what comes for a cycle in a register and for another one in a memory; it counts what it held.
+struct Cell;
+
+#[derive(Clone, Copy, Debug, Signals)]
+struct CellState {
+    #[with(*cfg)]
+    held: Stream<Word>,
+    #[width(3)]
+    count: u8,
+}
+
+#[derive(Memory)]
+struct CellMem {
+    words: Ram1R1W<Word>,
+}
+
+#[rtl(moore = cfg.bits, check(Cell, config()))]
+impl Block for Cell {
+    type Config = Config;
+    type State = CellState;
+    type In = LeastIn;
+    type Moore = u32;
+    type Out = LeastOut;
+    type Mem = CellMem;
+    fn reset(_: &Config) -> CellState {
+        CellState { held: Stream::idle(), count: 2 }
+    }
+    fn memories(cfg: &Config) -> CellMem {
+        CellMem { words: Ram1R1W::new(8, cfg.clone(), 1, ReadDuringWrite::New) }
+    }
+    fn moore(_: &Config, _: &CellState, m: &CellMem) -> u32 {
+        m.words.q().data.reg
+    }
+    fn next(_: &Config, q: &CellState, d: &mut CellState, m: &mut CellMem, i: LeastIn) -> LeastOut {
+        d.held = i.offer;
+        if q.held.valid {
+            m.words.write(u32::from(q.count), q.held.payload);
+            m.words.read(u32::from(q.count));
+            d.count = (q.count + 1) & 7;
+        }
+        LeastOut { least: Stream { valid: q.held.valid, payload: m.words.q().data } }
+    }
+}
+
+/// Cells in a line, some of them not clocked in each cycle.
+struct Line;
+
+#[derive(Clone, Copy, Debug, Signals)]
+struct LineState {
+    #[with(*cfg)]
+    #[len(cfg.limit / 8)]
+    cells: [CellState; 5],
+}
+
+#[derive(Memory)]
+struct LineMem {
+    cells: Vec<CellMem>,
+}
+
+#[rtl(check(Line, Config { limit: 8, ..config() }), check(Line, Config { limit: 24, ..config() }))]
+impl Block for Line {
+    type Config = Config;
+    type State = LineState;
+    type In = In;
+    type Moore = ();
+    type Out = Out;
+    type Mem = LineMem;
+    fn reset(cfg: &Config) -> LineState {
+        LineState { cells: [Cell::reset(cfg); 5] }
+    }
+    fn memories(cfg: &Config) -> LineMem {
+        LineMem { cells: (0..cfg.limit / 8).map(|_| Cell::memories(cfg)).collect() }
+    }
+    fn moore(_: &Config, _: &LineState, _: &LineMem) {}
+    fn next(cfg: &Config, q: &LineState, d: &mut LineState, m: &mut LineMem, i: In) -> Out {
+        let mut offer = Stream { valid: i.c, payload: Word { reg: i.a, wire: i.c } };
+        let mut y = 0;
+        for k in 0..cfg.limit as usize / 8 {
+            y += Cell::moore(cfg, &q.cells[k], &m.cells[k]);
+            if i.v[k] != 3 {
+                offer = Cell::next(
+                    cfg,
+                    &q.cells[k],
+                    &mut d.cells[k],
+                    &mut m.cells[k],
+                    LeastIn { offer },
+                )
+                .least;
+            }
+        }
+        Out { y, z: offer.valid }
+    }
+}
+
+#[test]
+fn the_children_of_a_line_have_their_numbers() {
+    let module = elaborate::<Line>(&Config { limit: 16, ..config() });
+    let paths: Vec<&str> = module.instances.iter().map(|i| i.path.as_str()).collect();
+    assert_eq!(paths, ["cells[0]", "cells[1]"]);
+    let mut memories = vec![];
+    Line::memories(&Config { limit: 16, ..config() })
+        .visit("row", &mut |path, _| memories.push(path.to_string()));
+    assert_eq!(memories, ["row.cells[0].words", "row.cells[1].words"]);
+}
+
 /// A flag whose default is no zero: the netlist takes every default for zero, so this is a difference.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Config)]

@@ -125,9 +125,12 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     let restore = parts.iter().map(|p| {
         let (id, ty, cfg) = (&p.field.ident, element(&p.field.ty), &p.cfg);
         let one = quote! { <#ty as ::pellucid_sim::Signals>::restore(#cfg, from) };
+        let absent = quote! {
+            <#ty as ::pellucid_sim::Signals>::restore(#cfg, &mut ::core::iter::empty())
+        };
         match &p.len {
             Some(len) if p.partly => quote! {
-                #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { Default::default() })
+                #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
             },
             Some(_) => quote! { #id: ::core::array::from_fn(|_| #one) },
             None => quote! { #id: #one },

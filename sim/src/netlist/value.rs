@@ -179,7 +179,15 @@ impl Value {
             Value::Record(record) => Value::Record(record),
             _ => Value::Zero,
         };
-        bundle.put(name, leaf);
+        match element(name) {
+            (name, None) => bundle.put(name, leaf),
+            (array, Some(k)) => {
+                let mut values = bundle.field(array).elements();
+                values.resize(values.len().max(k + 1), Value::Zero);
+                values[k] = leaf;
+                bundle.put(array, Value::list(values));
+            }
+        }
         if parent.is_empty() {
             *self = bundle;
         } else {
