@@ -1,0 +1,6 @@
+//! The image composition machine (seed 001).
+
+pub mod merger;
+pub mod merging_unit;
+pub mod raster;
+pub mod walker;
