@@ -128,6 +128,7 @@ impl Block for Display {
             depth_write: i.depth_write,
             colour_read: i.colour_read,
             colour_write: i.colour_write,
+            back_depth_read: ReadPort::default(),
             back_read: shown.read,
             wipe: shown.wipe,
             clear: i.clear,

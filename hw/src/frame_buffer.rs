@@ -3,7 +3,8 @@
 //! ```text
 //!   front depth  read, write --->+-------------+---> depth
 //!   front colour read, write --->|             |---> colour
-//!   back colour  read, wipe ---->| FrameBuffer |---> back_colour
+//!   back depth   read ---------->| FrameBuffer |---> back_depth
+//!   back colour  read, wipe ---->|             |---> back_colour
 //!   clear, swap ---------------->|             |
 //!                                +-------------+
 //! ```
@@ -44,6 +45,9 @@ pub struct In {
     /// Writes a colour, `0xRRGGBB`, of the front bank: two users.
     #[with(cfg.pixel_bits(), COLOUR_BITS)]
     pub colour_write: [WritePort<u32>; 2],
+    /// Reads a depth of the back bank.
+    #[with(cfg.pixel_bits())]
+    pub back_depth_read: ReadPort,
     /// Reads a colour of the back bank.
     #[with(cfg.pixel_bits())]
     pub back_read: ReadPort,
@@ -67,6 +71,9 @@ pub struct Moore {
     /// Colour of the front bank.
     #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
+    /// Depth of the back bank.
+    #[with(Z_BITS)]
+    pub back_depth: Read<u32>,
     /// Colour of the back bank.
     #[with(COLOUR_BITS)]
     pub back_colour: Read<u32>,
@@ -111,6 +118,7 @@ impl Block for FrameBuffer {
         Moore {
             depth: if q.front_is_b { m.depth_b.q() } else { m.depth_a.q() },
             colour: if q.front_is_b { m.colour_b.q() } else { m.colour_a.q() },
+            back_depth: if q.front_is_b { m.depth_a.q() } else { m.depth_b.q() },
             back_colour: if q.front_is_b { m.colour_a.q() } else { m.colour_b.q() },
         }
     }
@@ -128,6 +136,7 @@ impl Block for FrameBuffer {
             for user in i.colour_write {
                 m.colour_b.pass_write(user);
             }
+            m.depth_a.pass_read(i.back_depth_read);
             m.colour_a.pass_read(i.back_read);
             if i.wipe.valid {
                 m.depth_a.write(i.wipe.payload, Z_FAR);
@@ -144,6 +153,7 @@ impl Block for FrameBuffer {
             for user in i.colour_write {
                 m.colour_a.pass_write(user);
             }
+            m.depth_b.pass_read(i.back_depth_read);
             m.colour_b.pass_read(i.back_read);
             if i.wipe.valid {
                 m.depth_b.write(i.wipe.payload, Z_FAR);
@@ -175,6 +185,7 @@ mod tests {
             depth_write: [WritePort::default(); 2],
             colour_read: ReadPort::default(),
             colour_write: [WritePort::default(); 2],
+            back_depth_read: ReadPort::default(),
             back_read: ReadPort::default(),
             wipe: Stream::idle(),
             clear: Stream::idle(),
@@ -293,6 +304,7 @@ mod tests {
                     depth_write,
                     colour_read: reads(step.colour_read),
                     colour_write,
+                    back_depth_read: reads(step.back_read),
                     back_read: reads(step.back_read),
                     wipe: Stream::offer(step.wipe),
                     clear: Stream::idle(),
@@ -303,6 +315,7 @@ mod tests {
                 let expected = (
                     front.0[step.depth_read.1 as usize],
                     front.1[step.colour_read as usize],
+                    back.0[step.back_read as usize],
                     back.1[step.back_read as usize],
                 );
                 back.0[step.wipe as usize] = Z_FAR;
@@ -311,7 +324,13 @@ mod tests {
                     std::mem::swap(&mut front, &mut back);
                 } else {
                     let seen = sim.moore();
-                    prop_assert_eq!((seen.depth.data, seen.colour.data, seen.back_colour.data), expected);
+                    let found = (
+                        seen.depth.data,
+                        seen.colour.data,
+                        seen.back_depth.data,
+                        seen.back_colour.data,
+                    );
+                    prop_assert_eq!(found, expected);
                 }
             }
         }

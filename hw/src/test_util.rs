@@ -4,7 +4,10 @@
 use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
 use crate::mbuffer::config as mbuffer;
-use crate::pixel::Screen;
+use crate::pixel::{Fragment, Screen, Z_FAR};
+use crate::primitive::{
+    Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, Primitive, Side, Z_PLANE_BITS,
+};
 use crate::rbuffer::{self, queue};
 use crate::tbuffer::config::{Config, PRESETS, Params};
 use pellucid_sim::{Block, FaultKind, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream};
@@ -214,4 +217,115 @@ pub fn contents<T: Signals + Default>(ram: &mut Ram1R1W<T>, words: u32) -> Vec<T
         ram.q().data
     };
     (0..words).map(read).collect()
+}
+
+/// A triangle: corners in 1/256 pixel, and depth and colour as planes in 2^-16: what they are in the middle
+/// of the upper left pixel, and what they gain with each column and row.
+#[derive(Clone, Debug, Default)]
+pub struct Triangle {
+    /// Column and row of each corner.
+    pub corners: [(i64, i64); 3],
+    /// Depth.
+    pub z: [i64; 3],
+    /// Red, green, blue and alpha.
+    pub colour: [[i64; 3]; 4],
+    /// All of it hides what lies behind it.
+    pub opaque: bool,
+}
+
+/// A line that a triangle lies on one side of: `a * column + b * row + c` is at least 0 in its pixels.
+type Line = (i64, i64, i64);
+
+impl Triangle {
+    /// The lines of its edges; none if it has no area.
+    fn lines(&self) -> Option<[Line; 3]> {
+        let [a, mut b, mut c] = self.corners;
+        let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+        if area < 0 {
+            (b, c) = (c, b);
+        }
+        let line = |from: (i64, i64), to: (i64, i64)| {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let owns = dy < 0 || (dy == 0 && dx > 0);
+            let middle = dx * (128 - from.1) - dy * (128 - from.0);
+            (-dy, dx, (middle - i64::from(!owns)).div_euclid(256))
+        };
+        (area != 0).then(|| [line(b, c), line(c, a), line(a, b)])
+    }
+
+    /// Its fragments, row by row from left to right, by definition.
+    pub fn fragments(&self, screen: Screen) -> Vec<Fragment> {
+        let Some(lines) = self.lines() else { return vec![] };
+        let mut fragments = vec![];
+        for y in 0..screen.height {
+            for x in 0..screen.width {
+                let (column, row) = (i64::from(x), i64::from(y));
+                if lines.iter().all(|(a, b, c)| a * column + b * row + c >= 0) {
+                    let at = |[at, dx, dy]: [i64; 3], bits: u32, most: i64| {
+                        // What does not fit wraps, as two's complement does.
+                        let spare = 64 - bits;
+                        let value = (at + dx * column + dy * row) << spare >> spare;
+                        (value >> 16).clamp(0, most) as u32
+                    };
+                    let [red, green, blue] = [0, 1, 2].map(|k| at(self.colour[k], 26, 255));
+                    let alpha = if self.opaque { 255 } else { at(self.colour[3], 26, 254) };
+                    fragments.push(Fragment {
+                        x,
+                        y,
+                        z: at(self.z, 42, i64::from(Z_FAR) - 1),
+                        rgba: red << 24 | green << 16 | blue << 8 | alpha,
+                        ..Fragment::default()
+                    });
+                }
+            }
+        }
+        fragments
+    }
+}
+
+/// A triangle set up; nothing if no row of the screen is its.
+pub fn triangle(screen: Screen, triangle: &Triangle) -> Option<Primitive> {
+    let lines = triangle.lines()?;
+    let low = |of: fn(&(i64, i64)) -> i64| triangle.corners.iter().map(of).min().unwrap_or(0);
+    let high = |of: fn(&(i64, i64)) -> i64| triangle.corners.iter().map(of).max().unwrap_or(0);
+    let rows = ((low(|c| c.1) + 127).div_euclid(256)).max(0)
+        ..=((high(|c| c.1) - 128).div_euclid(256)).min(i64::from(screen.height) - 1);
+    let level = |y: &i64| lines.iter().all(|(a, b, c)| *a != 0 || b * y + c >= 0);
+    let rows: Vec<i64> = rows.filter(level).collect();
+    let (first, last) = (*rows.first()?, *rows.last()?);
+    let bits = |value: i64, bits: u32| value as u64 & ((1 << bits) - 1);
+    let edges = lines.map(|(a, b, c)| {
+        let (height, at) = (a.abs(), b * first + c);
+        match a.signum() {
+            0 => Edge::default(),
+            sign => Edge {
+                side: if sign > 0 { Side::Left } else { Side::Right },
+                bound: bits(at.div_euclid(height), BOUND_BITS),
+                bound_step: bits(b.div_euclid(height), BOUND_BITS),
+                rest: at.rem_euclid(height) as u32,
+                rest_step: b.rem_euclid(height) as u32,
+                height: height as u32,
+            },
+        }
+    });
+    let attributes = |of: fn([i64; 3], i64) -> i64| {
+        let [red, green, blue, alpha] =
+            triangle.colour.map(|plane| bits(of(plane, first), CHANNEL_PLANE_BITS) as u32);
+        Attributes { z: bits(of(triangle.z, first), Z_PLANE_BITS), red, green, blue, alpha }
+    };
+    Some(Primitive {
+        row: first as u32,
+        last_row: last as u32,
+        edges,
+        at: attributes(|[at, _, dy], first| at + dy * first),
+        per_column: attributes(|[_, dx, _], _| dx),
+        per_row: attributes(|[_, _, dy], _| dy),
+        opaque: triangle.opaque,
+        ..Primitive::default()
+    })
+}
+
+/// A triangle that has a row, set up.
+pub fn primitive(screen: Screen, of: &Triangle) -> Primitive {
+    triangle(screen, of).unwrap()
 }
