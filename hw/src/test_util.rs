@@ -3,6 +3,7 @@
 
 use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
+use crate::composer::{object_engine, walker};
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::{Fragment, Screen, Z_FAR};
 use crate::primitive::{
@@ -328,4 +329,10 @@ pub fn triangle(screen: Screen, triangle: &Triangle) -> Option<Primitive> {
 /// A triangle that has a row, set up.
 pub fn primitive(screen: Screen, of: &Triangle) -> Primitive {
     triangle(screen, of).unwrap()
+}
+
+/// An object-order engine for few pixels.
+pub fn object_engine(queue: u32) -> object_engine::Config {
+    let walker = walker::Config { screen: screen(7, 5), set_up_cycles: 2, fragment_cycles: 1 };
+    object_engine::Config { walker, queue }
 }

@@ -2,5 +2,6 @@
 
 pub mod merger;
 pub mod merging_unit;
+pub mod object_engine;
 pub mod raster;
 pub mod walker;

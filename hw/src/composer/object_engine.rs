@@ -1,0 +1,207 @@
+//! The object-order engine: draws opaque primitives, one after the other, into its local frame buffer.
+//!
+//! ```text
+//!                +------+   +--------+   +-----------+
+//!  primitive --->| Fifo |-->| Walker |-->| DepthTest |---> done
+//!  ready <-------|      |   +--------+   +-----------+
+//!                +------+                      | depth, colour
+//!                                              v
+//!                          swap --->+---------------------+
+//!                   read, wipe ---->| FrameBuffer (local) |---> local
+//!                                   +---------------------+
+//! ```
+//! Its frame buffer has two banks. It draws into the front one, while of the back one, which holds the frame
+//! before, the image merger reads pixel by pixel and wipes what it has read.
+
+use super::merging_unit::Opaque;
+use super::walker::{self, Walker};
+use crate::depth_test::{self, DepthTest};
+use crate::frame_buffer::{self, FrameBuffer};
+use crate::pixel::{Fragment, Marked, Screen};
+use crate::primitive::Primitive;
+use pellucid_sim::{
+    Block, Fifo, Handshake, Memory, ReadPort, Signals, Stream, WritePort, fifo, rtl,
+};
+
+/// See the module's description.
+pub struct ObjectEngine;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Set-up and edge walk.
+    pub walker: walker::Config,
+    /// Primitives that wait for the walk, at least 1.
+    pub queue: u32,
+}
+
+impl Config {
+    fn screen(&self) -> &Screen {
+        &self.walker.screen
+    }
+    fn queue(&self) -> fifo::Config<Screen> {
+        fifo::Config { depth: self.queue, item: self.walker.screen }
+    }
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Primitives that wait.
+    #[with(cfg.queue)]
+    pub queue: fifo::State,
+    /// See [`walker`].
+    #[with(cfg.walker)]
+    pub walker: walker::State,
+    /// See [`depth_test`].
+    #[with(*cfg.screen())]
+    pub depth_test: depth_test::State,
+    /// The local frame buffer, see [`frame_buffer`].
+    #[with(*cfg.screen())]
+    pub local: frame_buffer::State,
+    /// The frame is drawn.
+    pub done: bool,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Opaque primitives, then the end of the frame.
+    #[with(*cfg.screen())]
+    pub primitive: Stream<Marked<Primitive>>,
+    /// Reads a pixel of the back bank.
+    #[with(cfg.screen().pixel_bits())]
+    pub read: ReadPort,
+    /// Wipes a pixel of the back bank.
+    #[with(cfg.screen().pixel_bits())]
+    pub wipe: Stream<u32>,
+    /// Wipes a pixel of both banks, after reset.
+    #[with(cfg.screen().pixel_bits())]
+    pub clear: Stream<u32>,
+    /// The banks change places on the coming edge, and the next frame may come. Only while `done`.
+    pub swap: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// A primitive is taken.
+    pub ready: bool,
+    /// The frame is drawn.
+    pub done: bool,
+    /// The pixel of the back bank that was asked for.
+    pub local: Opaque,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// Primitives come in.
+    #[with(*cfg.screen())]
+    pub primitive: Handshake<Marked<Primitive>>,
+    /// Their fragments.
+    #[with(*cfg.screen())]
+    pub fragment: Handshake<Marked<Fragment>>,
+    /// A fragment is drawn.
+    pub drawn: bool,
+    /// A fragment is hidden.
+    pub hidden: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// Primitives that wait.
+    pub queue: <Queue as Block>::Mem,
+    /// See [`depth_test`].
+    pub depth_test: depth_test::Mem,
+    /// The local frame buffer.
+    pub local: frame_buffer::Mem,
+}
+
+type Queue = Fifo<Marked<Primitive>>;
+
+#[rtl(moore = (), check(ObjectEngine, crate::test_util::object_engine(2)))]
+impl Block for ObjectEngine {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        State {
+            queue: Queue::reset(&cfg.queue()),
+            walker: Walker::reset(&cfg.walker),
+            depth_test: DepthTest::reset(cfg.screen()),
+            local: FrameBuffer::reset(cfg.screen()),
+            done: false,
+        }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem {
+            queue: Queue::memories(&cfg.queue()),
+            depth_test: DepthTest::memories(cfg.screen()),
+            local: FrameBuffer::memories(cfg.screen()),
+        }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let local = FrameBuffer::moore(cfg.screen(), &q.local, &m.local);
+        Moore {
+            ready: Queue::moore(&cfg.queue(), &q.queue, &m.queue).ready,
+            done: q.done,
+            local: Opaque { z: local.back_depth.data, colour: local.back_colour.data },
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue);
+        let fragment = Walker::moore(&cfg.walker, &q.walker, &()).fragment;
+        let fragment_ready = DepthTest::moore(cfg.screen(), &q.depth_test, &m.depth_test).ready;
+        let local = FrameBuffer::moore(cfg.screen(), &q.local, &m.local);
+
+        let to_walker = walker::In { primitive: queued.front, fragment_ready };
+        let walked = Walker::next(&cfg.walker, &q.walker, &mut d.walker, &mut (), to_walker);
+        let to_queue = fifo::In { push: i.primitive, pop: walked.taken };
+        Queue::next(&cfg.queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+
+        let to_test = depth_test::In { fragment, depth: local.depth, passed_ready: true };
+        let test = DepthTest::next(
+            cfg.screen(),
+            &q.depth_test,
+            &mut d.depth_test,
+            &mut m.depth_test,
+            to_test,
+        );
+        // Of opaque fragments only the end of the frame passes.
+        d.done = (q.done && !i.swap) || (test.passed.valid && test.passed.payload.end);
+
+        let to_local = frame_buffer::In {
+            depth_read: [test.depth_read, ReadPort::default()],
+            depth_write: [test.depth_write, WritePort::default()],
+            colour_read: ReadPort::default(),
+            colour_write: [test.colour_write, WritePort::default()],
+            back_depth_read: i.read,
+            back_read: i.read,
+            wipe: i.wipe,
+            clear: i.clear,
+            swap: i.swap,
+        };
+        FrameBuffer::next(cfg.screen(), &q.local, &mut d.local, &mut m.local, to_local);
+
+        Out {
+            primitive: i.primitive.with(queued.ready),
+            fragment: fragment.with(fragment_ready),
+            drawn: test.drawn,
+            hidden: test.hidden,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
