@@ -155,30 +155,32 @@ pub fn edge(memory: &mut impl Memory) {
     });
 }
 
-/// A block without registers under the clock.
-pub struct Table<B: Block<State = (), Out = ()>> {
+/// A block under the clock whose registers' widths depend on less than its configuration, if it has any.
+pub struct Clocked<B: Block> {
     cfg: B::Config,
+    q: B::State,
     mem: B::Mem,
 }
 
-impl<B: Block<State = (), Out = ()>> Table<B> {
+impl<B: Block> Clocked<B> {
     /// The block at power-up.
-    pub fn new(cfg: B::Config) -> Table<B> {
-        let mem = B::memories(&cfg);
-        Table { cfg, mem }
+    pub fn new(cfg: B::Config) -> Clocked<B> {
+        let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
+        Clocked { cfg, q, mem }
     }
     /// One cycle; a misuse of a memory is an error.
-    pub fn clock(&mut self, i: B::In) -> Result<(), FaultKind> {
-        B::next(&self.cfg, &(), &mut (), &mut self.mem, i);
+    pub fn clock(&mut self, i: B::In) -> Result<B::Out, FaultKind> {
+        let q = self.q;
+        let out = B::next(&self.cfg, &q, &mut self.q, &mut self.mem, i);
         let mut fault = None;
         if self.mem.clock() {
             self.mem.visit("", &mut |_, storage| fault = fault.take().or(storage.take_fault()));
         }
-        fault.map_or(Ok(()), Err)
+        fault.map_or(Ok(out), Err)
     }
     /// What it shows.
     pub fn moore(&self) -> B::Moore {
-        B::moore(&self.cfg, &(), &self.mem)
+        B::moore(&self.cfg, &self.q, &self.mem)
     }
     /// Its memories.
     pub fn memories(&mut self) -> &mut B::Mem {

@@ -92,12 +92,12 @@ impl Block for Nsa {
 mod tests {
     use super::*;
     use crate::tbuffer::config::Params;
-    use crate::test_util::{Table, screen};
+    use crate::test_util::{Clocked, screen};
     use pellucid_sim::FaultKind;
 
-    fn table() -> Table<Nsa> {
+    fn table() -> Clocked<Nsa> {
         let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
-        Table::new(crate::test_util::chains(screen(3, 2), params))
+        Clocked::new(crate::test_util::chains(screen(3, 2), params))
     }
 
     #[test]

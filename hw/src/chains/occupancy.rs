@@ -136,16 +136,16 @@ impl Block for Occupancy {
 mod tests {
     use super::*;
     use crate::tbuffer::config::{Params, Scan};
-    use crate::test_util::{Table, screen, traffic};
+    use crate::test_util::{Clocked, screen, traffic};
 
     /// 5000 pixels: 79 words, of which the last is not full, and two words of summary.
-    fn bitmap(scan: Scan) -> Table<Occupancy> {
+    fn bitmap(scan: Scan) -> Clocked<Occupancy> {
         let params = Params { scan, ..Params::default() };
-        Table::new(crate::test_util::chains(screen(100, 50), params))
+        Clocked::new(crate::test_util::chains(screen(100, 50), params))
     }
 
     /// After reset.
-    fn cleared() -> Table<Occupancy> {
+    fn cleared() -> Clocked<Occupancy> {
         let mut table = bitmap(Scan::Bitmap);
         for word in 0..5000 {
             table.clock(In { clear: Stream::offer(word), ..In::default() }).unwrap();
@@ -153,7 +153,7 @@ mod tests {
         table
     }
 
-    fn read(table: &mut Table<Occupancy>, summary: u32, word: u32) -> (u64, u64) {
+    fn read(table: &mut Clocked<Occupancy>, summary: u32, word: u32) -> (u64, u64) {
         let mut i = In::default();
         i.summary_read.read(summary);
         i.word_read.read(word);

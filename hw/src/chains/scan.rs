@@ -185,7 +185,7 @@ mod tests {
     use super::*;
     use crate::chains::occupancy::{self, Occupancy};
     use crate::tbuffer::config::{self, Params};
-    use crate::test_util::{Pattern, Table, pattern, screen, traffic};
+    use crate::test_util::{Clocked, Pattern, pattern, screen, traffic};
     use pellucid_sim::{Sim, StreamMonitor};
     use proptest::prelude::*;
     use std::collections::BTreeSet;
@@ -193,14 +193,14 @@ mod tests {
     /// A scanner beside the occupancy bitmap.
     struct Bench {
         sim: Sim<Scan>,
-        occupancy: Table<Occupancy>,
+        occupancy: Clocked<Occupancy>,
     }
 
     impl Bench {
         fn new(scan: config::Scan, width: u32, height: u32) -> Bench {
             let params = Params { scan, ..Params::default() };
             let cfg = crate::test_util::chains(screen(width, height), params);
-            let mut occupancy = Table::new(cfg);
+            let mut occupancy = Clocked::new(cfg);
             for word in 0..cfg.occupancy_words() {
                 let clear = Stream::offer(word);
                 occupancy.clock(occupancy::In { clear, ..occupancy::In::default() }).unwrap();

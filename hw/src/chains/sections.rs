@@ -116,7 +116,7 @@ impl Block for Sections {
 mod tests {
     use super::*;
     use crate::tbuffer::config::Params;
-    use crate::test_util::{Table, screen};
+    use crate::test_util::{Clocked, screen};
 
     const ON_CHIP: u32 = 3;
     const SECTIONS: u32 = 5;
@@ -135,7 +135,7 @@ mod tests {
     }
 
     /// A memory in which every place holds its own word.
-    fn full(outside_latency: u32) -> Table<Sections> {
+    fn full(outside_latency: u32) -> Clocked<Sections> {
         let params = Params {
             sections: ON_CHIP,
             outside_sections: SECTIONS - ON_CHIP,
@@ -143,7 +143,7 @@ mod tests {
             outside_latency,
             ..Params::default()
         };
-        let mut table = Table::<Sections>::new(crate::test_util::chains(screen(2, 2), params));
+        let mut table = Clocked::<Sections>::new(crate::test_util::chains(screen(2, 2), params));
         for place in places() {
             let write = Stream::offer(place);
             table.clock(In { write, word: word(place), read: Stream::idle() }).unwrap();

@@ -90,7 +90,7 @@ impl Block for Ssa {
 mod tests {
     use super::*;
     use crate::tbuffer::config::Params;
-    use crate::test_util::{Table, screen};
+    use crate::test_util::{Clocked, screen};
 
     fn nothing() -> In {
         In {
@@ -103,9 +103,9 @@ mod tests {
     }
 
     /// A table of 6 pixels, all NULL; 7 and 2 sections make 9 the number of NULL.
-    fn cleared() -> Table<Ssa> {
+    fn cleared() -> Clocked<Ssa> {
         let params = Params { sections: 7, outside_sections: 2, ..Params::default() };
-        let mut table = Table::<Ssa>::new(crate::test_util::chains(screen(3, 2), params));
+        let mut table = Clocked::<Ssa>::new(crate::test_util::chains(screen(3, 2), params));
         for pixel in 0..6 {
             table.clock(In { clear: Stream::offer(pixel), ..nothing() }).unwrap();
         }

@@ -1,7 +1,9 @@
 //! The image composition machine (seed 001).
 
+pub mod buckets;
 pub mod merger;
 pub mod merging_unit;
 pub mod object_engine;
 pub mod raster;
+pub mod sweep;
 pub mod walker;
