@@ -159,7 +159,7 @@ pub fn span(edges: [Edge; 3], width: u32) -> Span {
 /// An edge in the next row.
 #[inline(always)]
 #[rtl]
-fn below(edge: Edge) -> Edge {
+pub fn below(edge: Edge) -> Edge {
     let mut below = edge;
     let rest = edge.rest + edge.rest_step;
     let carry = rest >= edge.height && edge.height > 0;

@@ -3,6 +3,7 @@
 
 use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
+use crate::composer::scan_line::{self, bucket_sort};
 use crate::composer::{object_engine, walker};
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::{Fragment, Screen, Z_FAR};
@@ -337,4 +338,10 @@ pub fn primitive(screen: Screen, of: &Triangle) -> Primitive {
 pub fn object_engine(queue: u32) -> object_engine::Config {
     let walker = walker::Config { screen: screen(7, 5), set_up_cycles: 2, fragment_cycles: 1 };
     object_engine::Config { walker, queue }
+}
+
+/// A scan-line engine for few pixels, one of several.
+pub fn scan_line(engines: u32, index: u32) -> scan_line::Config {
+    let bucket_sort = bucket_sort::Config { screen: screen(7, 5), engines, index, capacity: 12 };
+    scan_line::Config { bucket_sort, line_primitives: 9, sorter_depth: 3 }
 }

@@ -16,7 +16,7 @@
 //! [`ReadDuringWrite`].
 
 mod cells;
-mod port;
+pub mod port;
 
 pub use port::{Port, ReadPort, WritePort};
 

@@ -46,6 +46,10 @@ impl Size {
     pub fn count_bits(&self) -> u32 {
         bits_for(u64::from(self.capacity))
     }
+    /// Bits of a sum of two such numbers.
+    pub fn sum_bits(&self) -> u32 {
+        self.count_bits() + 1
+    }
     fn lists(&self) -> fifo::Config<Size> {
         fifo::Config { depth: READ_AHEAD, item: *self }
     }

@@ -5,5 +5,6 @@ pub mod merger;
 pub mod merging_unit;
 pub mod object_engine;
 pub mod raster;
+pub mod scan_line;
 pub mod sweep;
 pub mod walker;

@@ -88,7 +88,7 @@ pub struct Moore<T: Signals> {
     /// A position is open.
     pub open: bool,
     /// Items that are active in it and still to be given in this round.
-    #[width(cfg.size.count_bits())]
+    #[width(cfg.size.sum_bits())]
     pub count: u32,
     /// The next item.
     #[with(cfg.item)]

@@ -1,6 +1,7 @@
 //! Requests on the ports of memories: what a block asks in a cycle.
 
-use pellucid_sim_derive::Signals;
+use crate::Stream;
+use pellucid_sim_derive::{Signals, rtl};
 
 /// A request on a read port. One a cycle. Its width is that of an address.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -53,6 +54,13 @@ impl<T: Copy> WritePort<T> {
     pub fn asked(&self) -> Option<(u32, T)> {
         self.en.then_some((self.addr, self.data))
     }
+}
+
+/// What a request on a write port puts somewhere, if it does: for a receiver that has no addresses.
+#[inline(always)]
+#[rtl]
+pub fn written<T: Copy>(port: WritePort<T>) -> Stream<T> {
+    Stream { valid: port.en, payload: port.data }
 }
 
 /// A request on a port that reads or writes. One a cycle. Its widths depend on that of an address and
