@@ -4,7 +4,7 @@
 use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
 use crate::composer::scan_line::{self, bucket_sort};
-use crate::composer::{object_engine, walker};
+use crate::composer::{object_engine, raster, scan_lines, walker};
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::{Fragment, Screen, Z_FAR};
 use crate::primitive::{
@@ -344,4 +344,10 @@ pub fn object_engine(queue: u32) -> object_engine::Config {
 pub fn scan_line(engines: u32, index: u32) -> scan_line::Config {
     let bucket_sort = bucket_sort::Config { screen: screen(7, 5), engines, index, capacity: 12 };
     scan_line::Config { bucket_sort, line_primitives: 9, sorter_depth: 3 }
+}
+
+/// Scan-line engines for few pixels.
+pub fn scan_lines(engines: u32) -> scan_lines::Config {
+    let raster = raster::Config { screen: screen(7, 5), beta: 2 };
+    scan_lines::Config { engines, engine: scan_line(engines, 0), raster }
 }

@@ -19,7 +19,8 @@ use syn::{DeriveInput, parse_macro_input};
 ///   field does not exist in this configuration: it must hold 0 and is not shown.
 /// - A field whose type takes a configuration of its own is given it by `#[with(cfg.part)]`; several
 ///   parts make a tuple.
-/// - An array field may name how many of its elements exist: `#[len(count)]`.
+/// - An array field may name how many of its elements exist: `#[len(count)]`. What its elements are given may depend on
+///   the element's number `k`.
 /// - A field that only the simulator keeps is `#[unseen]`: it is no signal.
 ///
 /// On an enum without fields: the variants, numbered from 0 in order, with the fewest bits that

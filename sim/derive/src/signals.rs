@@ -62,7 +62,8 @@ fn enumeration(input: &DeriveInput, e: &DataEnum) -> Result<TokenStream> {
     })
 }
 
-/// One field, with the expression of its configuration and, for an array, of its length.
+/// One field, with the expression of its configuration (over `cfg` and, for an array, the element's number `k`) and,
+/// for an array, of its length.
 struct Part<'a> {
     field: &'a Field,
     cfg: TokenStream,
@@ -100,7 +101,9 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         let (id, cfg) = (&p.field.ident, &p.cfg);
         match &p.len {
             Some(len) => quote! {
-                for x in &self.#id[..(#len) as usize] { ::pellucid_sim::Signals::sample(x, #cfg, to); }
+                for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
+                    ::pellucid_sim::Signals::sample(x, #cfg, to);
+                }
             },
             None => quote! { ::pellucid_sim::Signals::sample(&self.#id, #cfg, to); },
         }
@@ -132,7 +135,7 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
             Some(len) if p.partly => quote! {
                 #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
             },
-            Some(_) => quote! { #id: ::core::array::from_fn(|_| #one) },
+            Some(_) => quote! { #id: ::core::array::from_fn(|k| #one) },
             None => quote! { #id: #one },
         }
     });

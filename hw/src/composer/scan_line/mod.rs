@@ -183,7 +183,7 @@ pub struct Moore {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// Primitives come in.
     #[with(*cfg.screen())]
