@@ -3,8 +3,9 @@
 
 use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
+use crate::composer::config::Distribution;
 use crate::composer::scan_line::{self, bucket_sort};
-use crate::composer::{object_engine, raster, scan_lines, walker};
+use crate::composer::{self, distributor, merger, object_engine, raster, scan_lines, walker};
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::{Fragment, Screen, Z_FAR};
 use crate::primitive::{
@@ -350,4 +351,19 @@ pub fn scan_line(engines: u32, index: u32) -> scan_line::Config {
 pub fn scan_lines(engines: u32) -> scan_lines::Config {
     let raster = raster::Config { screen: screen(7, 5), beta: 2 };
     scan_lines::Config { engines, engine: scan_line(engines, 0), raster }
+}
+
+/// An image composition machine for few pixels.
+pub fn composer(engines: u32, scan_line_engines: u32) -> composer::Config<scan_lines::Config> {
+    let transparency = scan_lines(scan_line_engines);
+    composer::Config {
+        distributor: distributor::Config {
+            screen: screen(7, 5),
+            engines,
+            distribution: Distribution::RoundRobin,
+        },
+        engine: object_engine(2),
+        merger: merger::Config { engines, raster: transparency.raster },
+        transparency,
+    }
 }

@@ -17,11 +17,9 @@ use super::merging_unit::Opaque;
 use super::walker::{self, Walker};
 use crate::depth_test::{self, DepthTest};
 use crate::frame_buffer::{self, FrameBuffer};
-use crate::pixel::{Fragment, Marked, Screen};
+use crate::pixel::{Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{
-    Block, Fifo, Handshake, Memory, ReadPort, Signals, Stream, WritePort, fifo, rtl,
-};
+use pellucid_sim::{Block, Fifo, Memory, ReadPort, Signals, Stream, WritePort, fifo, rtl};
 
 /// See the module's description.
 pub struct ObjectEngine;
@@ -94,14 +92,10 @@ pub struct Moore {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
-    /// Primitives come in.
-    #[with(*cfg.screen())]
-    pub primitive: Handshake<Marked<Primitive>>,
-    /// Their fragments.
-    #[with(*cfg.screen())]
-    pub fragment: Handshake<Marked<Fragment>>,
+    /// It has something to do.
+    pub works: bool,
     /// A fragment is drawn.
     pub drawn: bool,
     /// A fragment is hidden.
@@ -121,7 +115,7 @@ pub struct Mem {
 
 type Queue = Fifo<Marked<Primitive>>;
 
-#[rtl(moore = (), check(ObjectEngine, crate::test_util::object_engine(2)))]
+#[rtl(moore = (), output = (), check(ObjectEngine, crate::test_util::object_engine(2)))]
 impl Block for ObjectEngine {
     type Config = Config;
     type State = State;
@@ -195,8 +189,7 @@ impl Block for ObjectEngine {
         FrameBuffer::next(cfg.screen(), &q.local, &mut d.local, &mut m.local, to_local);
 
         Out {
-            primitive: i.primitive.with(queued.ready),
-            fragment: fragment.with(fragment_ready),
+            works: queued.front.valid || walked.works || test.drawn || test.hidden,
             drawn: test.drawn,
             hidden: test.hidden,
         }

@@ -12,16 +12,18 @@
 //! order, each once it is complete: a pixel a cycle, then `beta` cycles of overhead. Then the banks change
 //! places and the image is shown, while the next one is rendered.
 
-use super::merging_unit::Opaque;
 use super::raster::{self, Raster};
 use super::scan_line::{self, ScanLine};
-use crate::pixel::{COLOUR_BITS, Marked, Screen};
-use crate::primitive::Primitive;
+use super::transparency::{In, Moore, Transparency};
+use crate::pixel::{COLOUR_BITS, Screen};
 use crate::scanout::{self, Scanout};
 use pellucid_sim::{Block, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
 
 /// See the module's description. `R` is the most engines that there can be.
+#[derive(Clone, Copy, Debug)]
 pub struct ScanLines<const R: usize>;
+
+impl<const R: usize> Transparency for ScanLines<R> {}
 
 /// Parameters.
 #[derive(Clone, Copy, Debug)]
@@ -86,44 +88,6 @@ pub struct State<const R: usize> {
     pub scanout: scanout::State,
 }
 
-/// Inputs.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct In {
-    /// Transparent primitives, then the end of the frame.
-    #[with(*cfg.screen())]
-    pub primitive: Stream<Marked<Primitive>>,
-    /// The frame that was sorted is rendered from now on, and the next one may come. Only while `sorted` and
-    /// not `busy`.
-    pub swap: bool,
-    /// The merged image in raster order; always taken.
-    pub merged: Stream<Opaque>,
-    /// A line of it is complete.
-    pub line_merged: bool,
-    /// The receiver takes a colour.
-    pub image_ready: bool,
-    /// A pixel's number, for what is to be emptied after reset.
-    #[with(cfg.screen().pixel_bits())]
-    pub clear: Stream<u32>,
-}
-
-/// Outputs of registers.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct Moore {
-    /// A primitive is taken.
-    pub ready: bool,
-    /// The frame's primitives are sorted.
-    pub sorted: bool,
-    /// A frame is being rendered, or waits to be shown.
-    pub busy: bool,
-    /// It waits to be shown.
-    pub waits: bool,
-    /// The image goes out, pixel by pixel, `0xRRGGBB`.
-    #[with(COLOUR_BITS)]
-    pub image: Stream<u32>,
-    /// An image is being shown.
-    pub shows: bool,
-}
-
 /// Outputs.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out<const R: usize> {
@@ -157,6 +121,8 @@ pub struct Mem {
 }
 
 #[rtl(
+    input = cfg.raster.screen,
+    moore = cfg.raster.screen,
     check(ScanLines<2>, crate::test_util::scan_lines(1)),
     check(ScanLines<4>, crate::test_util::scan_lines(3))
 )]
@@ -207,6 +173,7 @@ impl<const R: usize> Block for ScanLines<R> {
         Moore {
             ready,
             sorted,
+            merged_ready: true,
             busy: collect.runs || q.complete,
             waits: q.complete,
             image: scanout.image,

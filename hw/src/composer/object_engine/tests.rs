@@ -50,7 +50,7 @@ fn draw(
             i.wipe = Stream::offer(cycle - 1);
         }
         let out = sim.clock(i).unwrap().out;
-        source.edge(out.primitive.ready);
+        source.edge(seen.ready);
         counts[0] += u64::from(out.drawn);
         counts[1] += u64::from(out.hidden);
     }

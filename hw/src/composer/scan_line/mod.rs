@@ -185,9 +185,6 @@ pub struct Moore {
 /// Outputs.
 #[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
-    /// Primitives come in.
-    #[with(*cfg.screen())]
-    pub primitive: Handshake<Marked<Primitive>>,
     /// Fragments go to the sorter.
     #[with(cfg.line(), 0)]
     pub arrived: Handshake<Marked<Arrived>>,
@@ -391,7 +388,6 @@ impl Block for ScanLine {
         Results::next(&cfg.results(), &q.results, &mut d.results, &mut m.results, to_results);
 
         Out {
-            primitive: i.primitive.with(sort.ready),
             arrived: layers.arrived.with(sorter.ready),
             lost_primitive: sort.insert.valid && down.full,
             lost_columns: insert.valid && along.full,

@@ -71,7 +71,7 @@ fn frame(
         r.colours.extend(result.fires().then_some(result.payload));
         let out = sim.clock(i).unwrap().out;
         arrived.observe(out.arrived).unwrap();
-        source.edge(out.primitive.ready);
+        source.edge(seen.ready);
         r.fragments += u64::from(out.fragment);
         r.hidden += u64::from(out.hidden);
         r.lost += if out.lost_columns { u64::from(out.lost) } else { 0 };

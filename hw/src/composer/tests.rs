@@ -1,0 +1,145 @@
+use super::config::Distribution;
+use super::scan_lines::ScanLines;
+use super::*;
+use crate::pixel::{Fragment, Z_FAR, blend};
+use crate::test_util::{Pattern, Source, Triangle, composer, pattern, triangle};
+use pellucid_sim::{Sim, StreamMonitor};
+use proptest::prelude::*;
+
+type Machine = Composer<8, ScanLines<5>>;
+type MachineConfig = Config<scan_lines::Config>;
+
+/// Plays frames one right after the other; gives the images.
+fn play(
+    cfg: MachineConfig,
+    frames: &[Vec<Triangle>],
+    starts: &Pattern,
+    ready: &Pattern,
+) -> Vec<Vec<u32>> {
+    let screen = *cfg.screen();
+    let items = frames.iter().flat_map(|frame| {
+        let primitives = frame.iter().filter_map(move |t| triangle(screen, t));
+        primitives.map(Marked::item).chain([Marked::end()])
+    });
+    let mut source = Source::new(items.collect::<Vec<_>>(), starts.clone());
+    let mut sim = Sim::<Machine>::new(cfg);
+    let mut image_monitor = StreamMonitor::new("image", "Composer", "test");
+    let mut merged_monitor = StreamMonitor::new("merged", "Merger", "test");
+    let mut shown = vec![];
+    for cycle in 0.. {
+        assert!(cycle < 200_000, "the images do not end");
+        let i = In { primitive: source.offer(cycle), image_ready: ready.at(cycle) };
+        let out = sim.clock(i).unwrap().out;
+        source.edge(out.primitive.ready);
+        image_monitor.observe(out.image).unwrap();
+        merged_monitor.observe(out.merged).unwrap();
+        shown.extend(out.image.fires().then_some(out.image.payload));
+        if shown.len() == frames.len() * screen.pixels() as usize {
+            break;
+        }
+    }
+    shown.chunks(screen.pixels() as usize).map(<[u32]>::to_vec).collect()
+}
+
+/// The image of a frame by definition: opaque fragments engine by engine, the nearest first one stays;
+/// transparent ones in front of it far to near, of equal ones the first first.
+fn image(cfg: &MachineConfig, frame: &[Triangle]) -> Vec<u32> {
+    let screen = *cfg.screen();
+    let mut engines = cfg.distributor.distribution.engines(cfg.engines());
+    let (mut opaque, mut transparent) = (vec![vec![]; cfg.engines() as usize], vec![]);
+    for t in frame {
+        let Some(primitive) = triangle(screen, t) else { continue };
+        if primitive.opaque {
+            opaque[engines.engine(&primitive) as usize].extend(t.fragments(screen));
+        } else {
+            transparent.extend(t.fragments(screen));
+        }
+    }
+    let at = |(x, y): (u32, u32)| {
+        let here = |f: &&Fragment| (f.x, f.y) == (x, y);
+        let below =
+            opaque.iter().flatten().filter(here).fold((Z_FAR, screen.background), |below, f| {
+                if f.z < below.0 { (f.z, f.rgba >> 8) } else { below }
+            });
+        let mut above: Vec<&Fragment> =
+            transparent.iter().filter(here).filter(|f| f.z < below.0).collect();
+        above.sort_by_key(|f| std::cmp::Reverse(f.z));
+        above.iter().fold(below.1, |colour, f| blend(f.rgba, colour))
+    };
+    (0..screen.pixels()).map(|p| at((p % screen.width, p / screen.width))).collect()
+}
+
+fn some_triangle() -> impl Strategy<Value = Triangle> {
+    let channel = || (0i64..256, -300_000i64..300_000, -300_000i64..300_000);
+    (
+        proptest::array::uniform3((-400i64..2200, -400i64..1700)),
+        (0i64..5, -70_000i64..70_000),
+        proptest::array::uniform4(channel()),
+        any::<bool>(),
+    )
+        .prop_map(|(corners, (z, dz), colour, opaque)| Triangle {
+            corners,
+            z: [z << 16, dz, 0],
+            colour: colour.map(|(at, dx, dy)| [at << 16, dx, dy]),
+            opaque,
+        })
+}
+
+/// A square over the screen's middle.
+fn sheet(z: i64, colour: [i64; 3], alpha: i64) -> [Triangle; 2] {
+    let [a, b, c, d] = [(256, 256), (1280, 256), (256, 1024), (1280, 1024)];
+    let colour = [colour[0], colour[1], colour[2], alpha].map(|c| [c << 16, 0, 0]);
+    [[a, b, c], [b, d, c]].map(|corners| Triangle {
+        corners,
+        z: [z << 16, 0, 0],
+        colour,
+        opaque: alpha == 255,
+    })
+}
+
+/// Seed 001, figure 7: of the primitives A to G, nearest first, A, C and G are transparent, the others
+/// opaque. C and G lie behind B, so that A's yellow is blended with B's blue.
+#[test]
+fn yellow_over_blue_is_green() {
+    let (yellow, blue, red, black, green) =
+        ([255, 255, 0], [0, 0, 255], [255, 0, 0], [0, 0, 0], [0, 255, 0]);
+    let a = sheet(1, yellow, 128);
+    let b = sheet(2, blue, 255);
+    let c = sheet(3, red, 128);
+    let d = sheet(4, blue, 255);
+    let e = sheet(5, yellow, 255);
+    let f = sheet(6, black, 255);
+    let g = sheet(7, green, 128);
+    // Whatever the order in which they come.
+    let forward = [&a, &b, &c, &d, &e, &f, &g].map(|s| s.to_vec()).concat();
+    let others = [&c, &g, &a, &f, &b, &e, &d].map(|s| s.to_vec()).concat();
+    let always = Pattern::always();
+    let images = play(composer(3, 2), &[forward, others], &always, &always);
+    for image in images {
+        // 128 of 255 of yellow, 127 of 255 of blue: as much red as green, and as much of blue but one.
+        assert_eq!(image[3 * 7 + 3], 0x80_80_7f);
+        assert_eq!(image[0], composer(3, 2).screen().background);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+    /// Any number of engines of either kind, either distribution, frames in a row, whatever stalls.
+    #[test]
+    fn images_are_what_the_golden_model_says(
+        frames in proptest::collection::vec(proptest::collection::vec(some_triangle(), 0..8), 1..4),
+        engines in 1u32..=8,
+        scan_line_engines in 1u32..=5,
+        by_area: bool,
+        starts in pattern(),
+        ready in pattern(),
+    ) {
+        let mut cfg = composer(engines, scan_line_engines);
+        if by_area {
+            cfg.distributor.distribution = Distribution::Area;
+        }
+        let images = play(cfg, &frames, &starts, &ready);
+        let expected: Vec<Vec<u32>> = frames.iter().map(|frame| image(&cfg, frame)).collect();
+        prop_assert_eq!(images, expected);
+    }
+}
