@@ -16,6 +16,7 @@ mod error;
 mod geometry;
 mod mesh;
 mod raster;
+mod set_up;
 mod shade;
 
 pub use alpha::{AlphaRule, AlphaRuleError};

@@ -7,27 +7,30 @@
 
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
+use super::set_up::set_up;
 use glam::{DVec4, Vec4};
 use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_hw::primitive::Primitive;
 use pellucid_sim::Label;
 
 /// Fraction bits of a screen coordinate.
 const SUB_BITS: u32 = 8;
 /// One pixel in screen coordinates.
-const PIXEL: i64 = 1 << SUB_BITS;
+pub(super) const PIXEL: i64 = 1 << SUB_BITS;
 
 /// A corner on the screen.
 #[derive(Clone, Copy, Debug, Default)]
-struct Corner {
-    /// Column and row in 1/256 pixel, from the upper left corner of the screen.
-    x: i64,
-    y: i64,
+pub(super) struct Corner {
+    /// Column in 1/256 pixel, from the left edge of the screen.
+    pub x: i64,
+    /// Row in 1/256 pixel, from the upper edge of the screen.
+    pub y: i64,
     /// Depth, 0 near to 1 far.
-    z: f64,
+    pub z: f64,
     /// 1 / w, above 0; of a mesh that is huge it is too small for an `f32`.
-    inv_w: f64,
+    pub inv_w: f64,
     /// Colour, 0..=255 per channel, divided by w.
-    colour_over_w: DVec4,
+    pub colour_over_w: DVec4,
 }
 
 /// Turns triangles in clip coordinates into the fragments of a frame.
@@ -49,8 +52,30 @@ impl Raster {
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.on_screen(triangle, &mut |corners| self.fill(corners, sink))
+    }
+
+    /// Sends one triangle, either side of it, set up for an engine: as several where it had to be cut, as none
+    /// where it has no pixel.
+    pub fn set_up<E>(
+        &self,
+        triangle: [Vertex; 3],
+        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
+    ) -> Result<(), E> {
+        self.on_screen(triangle, &mut |corners| {
+            let primitive = set_up(corners, self.width, self.height);
+            primitive.map_or(Ok(()), &mut *sink)
+        })
+    }
+
+    /// Cuts one triangle as far as it has to be, and projects it.
+    fn on_screen<E>(
+        &self,
+        triangle: [Vertex; 3],
+        each: &mut dyn FnMut([Corner; 3]) -> Result<(), E>,
+    ) -> Result<(), E> {
         if is_inside(&triangle) {
-            return self.fill(triangle.each_ref().map(|vertex| self.corner(vertex)), sink);
+            return each(triangle.each_ref().map(|vertex| self.corner(vertex)));
         }
         let polygon = clip(triangle);
         let [first, rest @ ..] = polygon.corners() else {
@@ -58,7 +83,7 @@ impl Raster {
         };
         let first = self.corner(first);
         for pair in rest.windows(2) {
-            self.fill([first, self.corner(&pair[0]), self.corner(&pair[1])], sink)?;
+            each([first, self.corner(&pair[0]), self.corner(&pair[1])])?;
         }
         Ok(())
     }
@@ -81,21 +106,14 @@ impl Raster {
 
     fn fill<E>(
         &self,
-        [a, mut b, mut c]: [Corner; 3],
+        corners: [Corner; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut area = cross(a, b, c.x, c.y);
-        if area < 0 {
-            (b, c, area) = (c, b, -area);
-        }
-        let columns = covered([a.x, b.x, c.x], self.width);
-        let rows = covered([a.y, b.y, c.y], self.height);
-        if area == 0 || columns.is_empty() || rows.is_empty() {
+        let Some(Placed { corners, edges, area, columns, rows }) =
+            Placed::new(corners, self.width, self.height)
+        else {
             return Ok(());
-        }
-        let corners = [a, b, c];
-        // Edge i lies opposite corner i, so that its function, over the area, is the weight of that corner.
-        let edges = [(b, c), (c, a), (a, b)];
+        };
         let owns = edges.map(|(from, to)| owns_its_points(from, to));
         let step_x = edges.map(|(from, to)| (from.y - to.y) * PIXEL);
         let step_y = edges.map(|(from, to)| (to.x - from.x) * PIXEL);
@@ -117,18 +135,47 @@ impl Raster {
     }
 }
 
+/// A triangle that may have pixels.
+pub(super) struct Placed {
+    /// Its corners, clockwise on the screen.
+    pub corners: [Corner; 3],
+    /// Edge i lies opposite corner i, so that its function, over the area, is the weight of that corner.
+    pub edges: [(Corner, Corner); 3],
+    /// Twice its area, above 0.
+    pub area: i64,
+    /// Columns that it may have pixels in, at least one.
+    pub columns: std::ops::Range<i64>,
+    /// Rows that it may have pixels in, at least one.
+    pub rows: std::ops::Range<i64>,
+}
+
+impl Placed {
+    /// The triangle of these corners, if it may have pixels.
+    pub fn new([a, mut b, mut c]: [Corner; 3], width: u32, height: u32) -> Option<Placed> {
+        let mut area = cross(a, b, c.x, c.y);
+        if area < 0 {
+            (b, c, area) = (c, b, -area);
+        }
+        let columns = covered([a.x, b.x, c.x], width);
+        let rows = covered([a.y, b.y, c.y], height);
+        let there = area > 0 && !columns.is_empty() && !rows.is_empty();
+        let (corners, edges) = ([a, b, c], [(b, c), (c, a), (a, b)]);
+        there.then_some(Placed { corners, edges, area, columns, rows })
+    }
+}
+
 /// Twice the signed area of `from`, `to` and the point: positive if they turn clockwise on the screen.
-fn cross(from: Corner, to: Corner, x: i64, y: i64) -> i64 {
+pub(super) fn cross(from: Corner, to: Corner, x: i64, y: i64) -> i64 {
     (to.x - from.x) * (y - from.y) - (to.y - from.y) * (x - from.x)
 }
 
 /// Whether a clockwise triangle takes the points on this edge: it does on its left and top edges.
-fn owns_its_points(from: Corner, to: Corner) -> bool {
+pub(super) fn owns_its_points(from: Corner, to: Corner) -> bool {
     to.y < from.y || (to.y == from.y && to.x > from.x)
 }
 
 /// Coordinate of a pixel's centre.
-fn centre(pixel: i64) -> i64 {
+pub(super) fn centre(pixel: i64) -> i64 {
     pixel * PIXEL + PIXEL / 2
 }
 
