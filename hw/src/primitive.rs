@@ -207,7 +207,7 @@ fn channel_times(channel: u32, column: u32) -> u32 {
 #[rtl]
 pub fn times(a: Attributes, column: u32) -> Attributes {
     Attributes {
-        z: a.z * u64::from(column) & Z_MASK,
+        z: (a.z * u64::from(column)) & Z_MASK,
         red: channel_times(a.red, column),
         green: channel_times(a.green, column),
         blue: channel_times(a.blue, column),

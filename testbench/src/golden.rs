@@ -15,6 +15,7 @@
 //! Memory: 12 bytes per pixel, and 12 bytes per transparent fragment that lies in front of the opaque
 //! depth at its arrival (one that does not can never come to count, since that depth only decreases).
 
+pub mod primitive;
 pub mod weights;
 
 use crate::image::Image;

@@ -1,8 +1,9 @@
 //! Where a frame comes from: a scene or a trace.
 
-use crate::scene::{Options, Scene, SceneError};
+use crate::scene::{Options, Scene, SceneError, point};
 use crate::trace::{Trace, TraceError};
-use pellucid_hw::pixel::{Fragment, Screen};
+use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
+use pellucid_hw::primitive::Primitive;
 use std::path::Path;
 
 /// A frame that can be played any number of times, the same each time.
@@ -79,6 +80,24 @@ impl Source {
                     Played::Trace(e) => SourceError::from(e).into(),
                 })
             }
+        }
+    }
+
+    /// Sends the same frame as primitives in arrival order: see [`Scene::play_primitives`]. What a trace has at
+    /// [`Z_FAR`] is no primitive, since it can never be seen.
+    ///
+    /// # Errors
+    /// As [`Source::play`].
+    pub fn play_primitives<E: From<SourceError>>(
+        &self,
+        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match self {
+            Source::Scene(scene) => scene.play_primitives(sink),
+            Source::Trace(_) => self.play(&mut |fragment| match fragment.z {
+                Z_FAR => Ok(()),
+                _ => sink(point(fragment)),
+            }),
         }
     }
 }

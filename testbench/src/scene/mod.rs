@@ -23,11 +23,13 @@ pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
 pub use camera::{Camera, CameraError};
 pub use error::SceneError;
+pub use set_up::point;
 
 use built_in::paper::{Frame, Paper};
 use built_in::smoke::Smoke;
 use geometry::Part;
 use pellucid_hw::pixel::{Fragment, MAX_SIDE, Screen};
+use pellucid_hw::primitive::Primitive;
 use shade::Surface;
 
 /// Width of a frame where none is asked for, in pixels.
@@ -126,6 +128,24 @@ impl Scene {
             Content::Surface(surface) => surface.play(sink),
             Content::Smoke(smoke) => smoke.play(sink),
             Content::Paper(paper) => paper.play(sink),
+        }
+    }
+
+    /// Plays the frame as primitives, in the order of [`Scene::play`]: triangles set up for an engine, and
+    /// fragments that are no triangle's each as a [`point`].
+    ///
+    /// # Errors
+    ///
+    /// The receiver's first error, after which nothing more is sent.
+    pub fn play_primitives<E>(
+        &self,
+        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match &self.content {
+            Content::Surface(surface) => surface.play_primitives(sink),
+            Content::Smoke(_) | Content::Paper(_) => {
+                self.play(&mut |fragment| sink(point(fragment)))
+            }
         }
     }
 

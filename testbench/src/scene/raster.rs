@@ -104,7 +104,8 @@ impl Raster {
         }
     }
 
-    fn fill<E>(
+    /// Sends the fragments of a triangle on the screen.
+    pub(super) fn fill<E>(
         &self,
         corners: [Corner; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,

@@ -131,3 +131,6 @@ pub fn point(fragment: Fragment) -> Primitive {
         ..Primitive::default()
     }
 }
+
+#[cfg(test)]
+mod tests;

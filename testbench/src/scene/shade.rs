@@ -10,6 +10,7 @@ use super::geometry::Part;
 use super::raster::Raster;
 use glam::{Vec3, Vec4};
 use pellucid_hw::pixel::Fragment;
+use pellucid_hw::primitive::Primitive;
 
 /// Direction of the key light in the camera's right, up and back axes.
 const KEY_LIGHT: Vec3 = Vec3::new(-0.45, 0.75, 0.6);
@@ -56,6 +57,17 @@ impl Surface {
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         for corners in &self.triangles {
             self.raster.draw(corners.map(|i| self.vertices[i as usize]), sink)?;
+        }
+        Ok(())
+    }
+
+    /// Sends all triangles, set up, in order of submission.
+    pub fn play_primitives<E>(
+        &self,
+        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for corners in &self.triangles {
+            self.raster.set_up(corners.map(|i| self.vertices[i as usize]), sink)?;
         }
         Ok(())
     }
