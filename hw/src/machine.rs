@@ -1,9 +1,10 @@
-//! What every architecture shows to the outside: frames of fragments in, images out.
+//! What every architecture shows to the outside: frames of fragments or of primitives in, images out.
 
-use crate::pixel::{Fragment, Marked, Screen};
+use crate::pixel::{Fragment, MAX_SIDE, Marked, Screen};
+use crate::primitive::{Primitive, span};
 use pellucid_sim::{
-    Block, Deadlock, Figure, Handshake, Netlist, Signals, StorageInfo, Stream, StreamMonitor,
-    Violation, Wait,
+    Block, Deadlock, Figure, Handshake, Label, Netlist, Signals, StorageInfo, Stream,
+    StreamMonitor, Violation, Wait,
 };
 
 /// What a machine is at.
@@ -14,7 +15,7 @@ pub enum Phase {
     Clear,
     /// Ready for a frame.
     Idle,
-    /// Taking a frame's fragments.
+    /// Taking a frame's items.
     Store,
     /// Turning them into an image.
     Resolve,
@@ -22,7 +23,7 @@ pub enum Phase {
     Wait,
 }
 
-/// Inputs of every machine.
+/// Inputs of a machine that takes fragments.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Screen)]
 pub struct Frame {
@@ -33,13 +34,64 @@ pub struct Frame {
     pub image_ready: bool,
 }
 
+/// Inputs of a machine that takes primitives.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct PrimitiveFrame {
+    /// A frame's primitives in arrival order, then its end.
+    #[with(*cfg)]
+    pub primitive: Stream<Marked<Primitive>>,
+    /// The display takes a pixel.
+    pub image_ready: bool,
+}
+
+/// What a frame is made of.
+pub trait Item: Copy + Default {
+    /// Inputs of a machine that takes such items.
+    type Frame: Copy;
+    /// The inputs in which `item` is offered.
+    fn frame(item: Stream<Marked<Self>>, image_ready: bool) -> Self::Frame;
+    /// Labels it as number `number` of its frame, counted from 0.
+    fn label(&mut self, number: u32);
+}
+
+impl Item for Fragment {
+    type Frame = Frame;
+
+    #[inline(always)]
+    fn frame(fragment: Stream<Marked<Fragment>>, image_ready: bool) -> Frame {
+        Frame { fragment, image_ready }
+    }
+
+    #[inline(always)]
+    fn label(&mut self, number: u32) {
+        self.label = Label::new(number, self.x as u16, self.y as u16);
+    }
+}
+
+/// Its place is where it begins: the first column of its first row.
+impl Item for Primitive {
+    type Frame = PrimitiveFrame;
+
+    #[inline(always)]
+    fn frame(primitive: Stream<Marked<Primitive>>, image_ready: bool) -> PrimitiveFrame {
+        PrimitiveFrame { primitive, image_ready }
+    }
+
+    #[inline(always)]
+    fn label(&mut self, number: u32) {
+        let first = span(self.edges, MAX_SIDE).first;
+        self.label = Label::new(number, first as u16, self.row as u16);
+    }
+}
+
 /// What the outside sees of a machine in a cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct Ports {
     /// What it is at.
     pub phase: Phase,
-    /// Whether the fragment that was offered is taken.
-    pub fragment_ready: bool,
+    /// Whether the item that was offered is taken.
+    pub item_ready: bool,
     /// The image goes out, pixel by pixel, `0xRRGGBB`.
     pub image: Handshake<u32>,
     /// What is to come next is the same frame again, from its first fragment. High from the end of a round
@@ -58,7 +110,11 @@ pub enum Arithmetic {
 }
 
 /// An architecture: a block that takes frames, with the monitor that watches it.
-pub trait Machine: Netlist + Block<In = Frame, Out: Signals> {
+pub trait Machine:
+    Netlist + Block<In = <<Self as Machine>::Item as Item>::Frame, Out: Signals>
+{
+    /// What its frames are made of.
+    type Item: Item;
     /// Watches it.
     type Monitor: Monitor<Self>;
     /// How it makes colours.
@@ -293,4 +349,24 @@ pub struct MemoryTally {
     pub info: StorageInfo,
     /// The most words that held something of use at once.
     pub peak_words: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::primitive::{BOUND_BITS, Edge, Side};
+
+    #[test]
+    fn items_are_labelled_where_they_begin() {
+        let mut fragment = Fragment { x: 4, y: 7, ..Fragment::default() };
+        fragment.label(9);
+        assert_eq!(fragment.label, Label::new(9, 4, 7));
+        // From column 3 on.
+        let edge =
+            Edge { side: Side::Left, bound: (1 << BOUND_BITS) - 3, height: 1, ..Edge::default() };
+        let edges = [edge, Edge::default(), Edge::default()];
+        let mut primitive = Primitive { row: 5, last_row: 6, edges, ..Primitive::default() };
+        primitive.label(2);
+        assert_eq!(primitive.label, Label::new(2, 3, 5));
+    }
 }

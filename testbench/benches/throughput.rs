@@ -50,7 +50,11 @@ fn mbuffer(screen: Screen, preset: &str) -> Bench<MBuffer<FreeList>> {
 }
 
 /// One frame through a new machine; the cycles that it took.
-fn cycles<M: Machine>(mut bench: Bench<M>, frame: &[Fragment], wave: Option<&WaveJob>) -> u64
+fn cycles<M: Machine<Item = Fragment>>(
+    mut bench: Bench<M>,
+    frame: &[Fragment],
+    wave: Option<&WaveJob>,
+) -> u64
 where
     M::State: Signals<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
@@ -66,7 +70,7 @@ where
     bench.cycles()
 }
 
-fn bench_cycles<M: Machine>(
+fn bench_cycles<M: Machine<Item = Fragment>>(
     bencher: Bencher,
     scene: &str,
     machine: impl Fn(Screen) -> Bench<M>,

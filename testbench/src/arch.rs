@@ -4,7 +4,7 @@ use crate::bench::{Bench, BenchError};
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
-use crate::source::Source;
+use crate::source::{Played, Source};
 use crate::stimulus::Stimulus;
 use pellucid_hw::allocator::Chosen;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
@@ -194,7 +194,7 @@ pub struct Job<'a> {
     pub warm_up: u32,
     /// The waveform.
     pub wave: Option<&'a WaveJob>,
-    /// Told of every fragment.
+    /// Told of every item.
     pub progress: &'a mut Progress,
 }
 
@@ -242,8 +242,9 @@ struct Prepared<M: Machine> {
     values: Vec<(&'static str, Value)>,
 }
 
-impl<M: Machine> Runnable for Prepared<M>
+impl<M> Runnable for Prepared<M>
 where
+    M: Machine<Item: Played>,
     M::Config: Copy + Send + Sync,
     M::State: Signals<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
@@ -271,9 +272,9 @@ where
                     progress.turn_to("simulating");
                 }
                 bench.frame(|bench| {
-                    source.play(&mut |fragment| {
+                    M::Item::play(source, &mut |item| {
                         progress.step();
-                        bench.send(Marked::item(fragment))
+                        bench.send(Marked::item(item))
                     })
                 })?;
                 progress.turn_to("resolving");

@@ -4,12 +4,12 @@ use crate::image::Image;
 use crate::output::{AtomicFile, OutputError};
 use crate::recorder::{Recorder, WaveError, WaveJob, WaveReport};
 use crate::source::SourceError;
-use pellucid_hw::machine::{Frame, Machine, Monitor, Phase, Tally};
-use pellucid_hw::pixel::{Fragment, Marked, Screen};
+use pellucid_hw::machine::{Item, Machine, Monitor, Phase, Tally};
+use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
 use pellucid_sim::{
-    Deadlock, Declare, Fault, Label, Memory, Signals, Sim, StorageInfo, Stream, Violation, Watchdog,
+    Deadlock, Declare, Fault, Memory, Signals, Sim, StorageInfo, Stream, Violation, Watchdog,
 };
 use pellucid_verilog::lockstep::Vectors;
 use pellucid_waveforms::StreamOf;
@@ -71,7 +71,7 @@ struct Recording {
 
 impl Recording {
     #[inline(never)]
-    fn show<M: Machine>(&mut self, i: &Frame, cycle: &Cycle<M>) -> Result<(), OutputError> {
+    fn show<M: Machine>(&mut self, i: &M::In, cycle: &Cycle<M>) -> Result<(), OutputError> {
         let numbers = M::numbers();
         self.inputs.clear();
         self.outputs.clear();
@@ -124,7 +124,7 @@ where
     ready_at: Option<u64>,
     phase: Phase,
     replay: bool,
-    /// The frame's fragments that were taken so far.
+    /// The frame's items that were taken so far.
     taken: u32,
     wave: Option<Recorder>,
     recording: Option<Recording>,
@@ -205,22 +205,21 @@ where
         }
     }
 
-    /// One cycle in which `fragment` is offered; whether it was taken.
+    /// One cycle in which `item` is offered; whether it was taken.
     ///
     /// # Errors
     /// See [`BenchError`].
     #[inline(always)]
-    pub fn step(&mut self, mut fragment: Stream<Marked<Fragment>>) -> Result<bool, BenchError> {
+    pub fn step(&mut self, mut item: Stream<Marked<M::Item>>) -> Result<bool, BenchError> {
         let at = self.sim.cycle();
-        let Marked { end, item } = &mut fragment.payload;
-        if !*end {
-            item.label = Label::new(self.taken, item.x as u16, item.y as u16);
+        if !item.payload.end {
+            item.payload.item.label(self.taken);
         }
         let image_ready = match &mut self.display {
             None => true,
             Some(ready) => ready(at),
         };
-        let frame = Frame { fragment, image_ready };
+        let frame = M::Item::frame(item, image_ready);
         if let Some(wave) = &mut self.wave
             && wave.peeks()
         {
@@ -242,8 +241,8 @@ where
         if let Some(wave) = &mut self.wave
             && let Some(zero) = self.ready_at
         {
-            // A frame's first fragment comes in while the machine still is idle.
-            let first = ports.phase == Phase::Idle && fragment.valid && ports.fragment_ready;
+            // A frame's first item comes in while the machine still is idle.
+            let first = ports.phase == Phase::Idle && item.valid && ports.item_ready;
             let phase = if first { Phase::Store } else { ports.phase };
             if !wave.is_quiet(at - zero, phase) {
                 show(wave, at - zero, phase, cycle)?;
@@ -251,8 +250,8 @@ where
         }
         observed?;
         fits.map_err(|overflow| Fault::overflow(at, overflow))?;
-        if fragment.valid && ports.fragment_ready {
-            self.taken = if fragment.payload.end { 0 } else { self.taken.saturating_add(1) };
+        if item.valid && ports.item_ready {
+            self.taken = if item.payload.end { 0 } else { self.taken.saturating_add(1) };
         }
         if ports.image.fires() {
             self.pixel(ports.image.payload);
@@ -260,7 +259,7 @@ where
         if at.is_multiple_of(LOOK_EVERY) {
             self.look()?;
         }
-        Ok(ports.fragment_ready)
+        Ok(ports.item_ready)
     }
 
     /// Plays what `play` plays and ends the waveform that is recorded, if any, whatever comes of it: one is
@@ -307,12 +306,12 @@ where
     /// # Errors
     /// See [`BenchError`].
     #[inline(always)]
-    pub fn send(&mut self, item: Marked<Fragment>) -> Result<(), BenchError> {
+    pub fn send(&mut self, item: Marked<M::Item>) -> Result<(), BenchError> {
         while !self.step(Stream::offer(item))? {}
         Ok(())
     }
 
-    /// Sends a frame as often as the machine asks for it: `play` sends its fragments, the same each time.
+    /// Sends a frame as often as the machine asks for it: `play` sends its items, the same each time.
     ///
     /// # Errors
     /// See [`BenchError`].

@@ -2,6 +2,7 @@
 
 use crate::scene::{Options, Scene, SceneError, point};
 use crate::trace::{Trace, TraceError};
+use pellucid_hw::machine::Item;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::primitive::Primitive;
 use std::path::Path;
@@ -74,10 +75,10 @@ impl Source {
         match self {
             Source::Scene(scene) => scene.play(sink),
             Source::Trace(trace) => {
-                let played = trace.play(&mut |fragment| sink(fragment).map_err(Played::Sink));
+                let played = trace.play(&mut |fragment| sink(fragment).map_err(Stopped::Sink));
                 played.map_err(|e| match e {
-                    Played::Sink(e) => e,
-                    Played::Trace(e) => SourceError::from(e).into(),
+                    Stopped::Sink(e) => e,
+                    Stopped::Trace(e) => SourceError::from(e).into(),
                 })
             }
         }
@@ -102,14 +103,75 @@ impl Source {
     }
 }
 
+/// What a [`Source`] has frames of.
+pub trait Played: Item {
+    /// Sends a frame's items in arrival order.
+    ///
+    /// # Errors
+    /// As [`Source::play`].
+    fn play<E: From<SourceError>>(
+        source: &Source,
+        sink: &mut dyn FnMut(Self) -> Result<(), E>,
+    ) -> Result<(), E>;
+}
+
+impl Played for Fragment {
+    fn play<E: From<SourceError>>(
+        source: &Source,
+        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
+    ) -> Result<(), E> {
+        source.play(sink)
+    }
+}
+
+impl Played for Primitive {
+    fn play<E: From<SourceError>>(
+        source: &Source,
+        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
+    ) -> Result<(), E> {
+        source.play_primitives(sink)
+    }
+}
+
 /// Tells the receiver's errors from the trace's.
-enum Played<E> {
+enum Stopped<E> {
     Sink(E),
     Trace(TraceError),
 }
 
-impl<E> From<TraceError> for Played<E> {
-    fn from(error: TraceError) -> Played<E> {
-        Played::Trace(error)
+impl<E> From<TraceError> for Stopped<E> {
+    fn from(error: TraceError) -> Stopped<E> {
+        Stopped::Trace(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::BenchError;
+    use crate::golden::primitive::fragments;
+
+    #[test]
+    fn a_trace_plays_as_points_but_for_what_is_never_seen() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("three.csv");
+        let text = "# pellucid-trace width=4 height=3 background=0,0,0\nx,y,z,r,g,b,a\n\
+                    1,2,5,6,7,8,255\n0,0,16777215,1,1,1,9\n3,0,16777214,1,2,3,0\n";
+        std::fs::write(&path, text).unwrap();
+        let source = Source::open(path.to_str().unwrap(), &Options::default()).unwrap();
+        let mut all: Vec<Fragment> = vec![];
+        Fragment::play::<BenchError>(&source, &mut |fragment| {
+            all.push(fragment);
+            Ok(())
+        })
+        .unwrap();
+        let mut of_primitives: Vec<Fragment> = vec![];
+        Primitive::play::<BenchError>(&source, &mut |primitive| {
+            of_primitives.extend(fragments(&primitive, 4));
+            Ok(())
+        })
+        .unwrap();
+        assert_eq!(all.len(), 3);
+        assert_eq!(of_primitives, [all[0], all[2]]);
     }
 }

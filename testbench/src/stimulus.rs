@@ -1,7 +1,7 @@
 //! How a frame is played to a machine whose ports are recorded.
 
 use crate::bench::{Bench, BenchError};
-use crate::source::Source;
+use crate::source::{Played, Source};
 use pellucid_hw::machine::Machine;
 use pellucid_hw::pixel::Marked;
 use pellucid_sim::{Signals, Stream};
@@ -22,7 +22,7 @@ pub fn chosen(n: u64, of_eight: u64) -> bool {
 
 /// Of eight cycles, in how many the display takes no pixel.
 const DISPLAY_BUSY: u64 = 3;
-/// Of eight fragments, how many come a cycle late.
+/// Of eight items, how many come a cycle late.
 const SOURCE_LATE: u64 = 2;
 
 impl Stimulus {
@@ -30,41 +30,43 @@ impl Stimulus {
     ///
     /// # Errors
     /// See [`BenchError`].
-    pub fn play<M: Machine>(self, bench: &mut Bench<M>, source: &Source) -> Result<(), BenchError>
+    pub fn play<M>(self, bench: &mut Bench<M>, source: &Source) -> Result<(), BenchError>
     where
+        M: Machine<Item: Played>,
         M::State: Signals<Config = M::Config>,
         M::Out: Signals<Config = M::Config>,
     {
         if self == Stimulus::Plain {
-            bench.frame(|bench| source.play(&mut |fragment| bench.send(Marked::item(fragment))))?;
+            bench
+                .frame(|bench| M::Item::play(source, &mut |item| bench.send(Marked::item(item))))?;
             return bench.wait_for(1, || {});
         }
-        let mut fragments = 0u64;
-        source.play::<BenchError>(&mut |_| {
-            fragments += 1;
+        let mut items = 0u64;
+        M::Item::play::<BenchError>(source, &mut |_| {
+            items += 1;
             Ok(())
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
         let mut sent = 0;
-        let mut send = |bench: &mut Bench<M>, fragment| {
+        let mut send = |bench: &mut Bench<M>, item| {
             sent += 1;
             if chosen(sent, SOURCE_LATE) {
                 bench.step(Stream::idle())?;
             }
-            bench.send(Marked::item(fragment))
+            bench.send(Marked::item(item))
         };
-        let mut half = fragments / 2;
-        source.play::<BenchError>(&mut |fragment| {
+        let mut half = items / 2;
+        M::Item::play::<BenchError>(source, &mut |item| {
             if half == 0 {
                 return Ok(());
             }
             half -= 1;
-            send(bench, fragment)
+            send(bench, item)
         })?;
         bench.reset()?;
         // The second frame comes in while the first is still being shown.
         for _ in 0..2 {
-            bench.frame(|bench| source.play(&mut |fragment| send(bench, fragment)))?;
+            bench.frame(|bench| M::Item::play(source, &mut |item| send(bench, item)))?;
         }
         bench.wait_for(2, || {})
     }

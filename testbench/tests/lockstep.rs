@@ -136,7 +136,7 @@ fn passes(folder: &Path, run: &Output) {
 
 /// Two frames of a screen of 5 by 4 pixels, with a reset in the first, in the simulation and in the
 /// evaluator.
-fn compare_with_evaluator<M: Machine>(cfg: M::Config)
+fn compare_with_evaluator<M: Machine<Item = Fragment>>(cfg: M::Config)
 where
     M::Config: Copy,
     M::State: Signals<Config = M::Config>,
@@ -174,12 +174,12 @@ where
         let ports = M::ports(&seen.out);
         shown += u32::from(ports.image.fires());
         let over = items.peek().is_none();
-        if ports.fragment_ready && offer.valid {
+        if ports.item_ready && offer.valid {
             items.next();
         }
         // A machine that may ask for a frame again says so when it opens; others are offered the next
         // frame at once.
-        let answers = over && (!M::replays(&cfg) || (ports.fragment_ready && !offer.valid));
+        let answers = over && (!M::replays(&cfg) || (ports.item_ready && !offer.valid));
         if answers {
             if ports.replay {
                 replays += 1;

@@ -8,7 +8,7 @@ use crate::machine::{
     Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, Ports, Seen, Tally,
     memory_tallies, seen, waits,
 };
-use crate::pixel::{Marked, PixelFragment, Screen};
+use crate::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
@@ -75,6 +75,7 @@ impl RBufferMonitor {
 }
 
 impl Machine for RBuffer {
+    type Item = Fragment;
     type Monitor = RBufferMonitor;
     const ARITHMETIC: Arithmetic = Arithmetic::Blend;
 
@@ -86,7 +87,7 @@ impl Machine for RBuffer {
     fn ports(out: &Out) -> Ports {
         Ports {
             phase: out.phase,
-            fragment_ready: out.fragment.ready,
+            item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
         }

@@ -11,7 +11,7 @@ use crate::machine::{
     Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, Ports, Seen, Tally,
     memory_tallies, seen, waits,
 };
-use crate::pixel::{Marked, Screen};
+use crate::pixel::{Fragment, Marked, Screen};
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
@@ -40,17 +40,13 @@ impl TBufferMonitor {
 }
 
 impl<A: Allocator> Machine for TBuffer<A> {
+    type Item = Fragment;
     type Monitor = TBufferMonitor;
     const ARITHMETIC: Arithmetic = Arithmetic::Blend;
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {
-        Ports {
-            phase: out.phase,
-            fragment_ready: out.fragment.ready,
-            image: out.image,
-            replay: false,
-        }
+        Ports { phase: out.phase, item_ready: out.fragment.ready, image: out.image, replay: false }
     }
 
     fn screen(cfg: &Config) -> Screen {

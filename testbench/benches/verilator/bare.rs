@@ -94,7 +94,7 @@ pub fn play(frame: &Frame, wave: Option<&Path>) -> Played {
         let fragment = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
         let cycle = sim.clock(machine::Frame { fragment, image_ready: true }).unwrap();
         let ports = Machine::ports(&cycle.out);
-        if fragment.valid && ports.fragment_ready {
+        if fragment.valid && ports.item_ready {
             items.next();
         }
         pixels.extend(ports.image.fires().then_some(ports.image.payload));

@@ -26,6 +26,7 @@ pub const ENOUGH: u32 = (FRAGMENTS + ADDED) as u32;
 /// A machine under test.
 pub trait Tested:
     Machine<
+        Item = Fragment,
         Config: Copy + Debug,
         State: Signals<Config = Self::Config>,
         Out: Signals<Config = Self::Config>,
@@ -355,7 +356,7 @@ pub fn check_declared<M: Tested>(
         let mut seen = |sim: &mut Sim<M>| {
             let Cycle { cfg, q, out } =
                 sim.clock(i).map_err(|e| TestCaseError::fail(e.to_string()))?;
-            taken = M::ports(&out).fragment_ready;
+            taken = M::ports(&out).item_ready;
             let mut values = vec![];
             q.sample(cfg, &mut values);
             out.sample(cfg, &mut values);
