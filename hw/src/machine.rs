@@ -260,6 +260,8 @@ impl PhaseCounts {
 pub struct Tally {
     /// Cycles by phase.
     pub cycles: Cycles,
+    /// Cycles that the architecture counts beside those.
+    pub further_cycles: Vec<Figure>,
     /// Fragments by what became of them.
     pub fragments: Fragments,
     /// Why fragments are dropped, as a user reads it, with the parameters that could help.
@@ -279,9 +281,9 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// One of the architecture's own figures, 0 if it has none of that name.
+    /// One of the figures that only this architecture has, 0 if it has none of that name.
     pub fn figure(&self, name: &str) -> u64 {
-        self.own.iter().find(|f| f.name == name).map_or(0, |f| f.value)
+        self.further_cycles.iter().chain(&self.own).find(|f| f.name == name).map_or(0, |f| f.value)
     }
 }
 

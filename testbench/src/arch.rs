@@ -7,6 +7,9 @@ use crate::recorder::{WaveJob, WaveReport};
 use crate::source::{Played, Source};
 use crate::stimulus::Stimulus;
 use pellucid_hw::allocator::Chosen;
+use pellucid_hw::composer::Composer;
+use pellucid_hw::composer::config as composer;
+use pellucid_hw::composer::scan_lines::ScanLines;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -56,6 +59,13 @@ pub const ARCHITECTURES: &[Architecture] = &[
         presets: || about(mbuffer::PRESETS),
         parameters: mbuffer::Params::list,
         build: build_mbuffer,
+    },
+    Architecture {
+        name: "composer",
+        about: "Image composition: engines draw opaque primitives, their images are merged, scan-line engines add the rest",
+        presets: || about(composer::PRESETS),
+        parameters: composer::Params::list,
+        build: build_composer,
     },
 ];
 
@@ -183,6 +193,23 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(mbuffer::PRESETS, preset, settings)?;
     let cfg = mbuffer::Config::new(screen, params)?;
     Ok(Box::new(Prepared::<MBuffer<Chosen>> { cfg, values: params.values() }))
+}
+
+/// Engines of either kind that a machine has room for; where it has far fewer, a smaller one is faster.
+const FEW: (usize, usize) = (16, 4);
+
+fn build_composer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
+    type Few = Composer<{ FEW.0 }, ScanLines<{ FEW.1 }>>;
+    type Many = Composer<{ composer::MAX_ENGINES }, ScanLines<{ composer::MAX_SCAN_LINE_ENGINES }>>;
+    let params = chosen(composer::PRESETS, preset, settings)?;
+    let cfg = composer::Config::new(screen, params)?;
+    let values = params.values();
+    let few = params.engines as usize <= FEW.0 && params.scan_line_engines as usize <= FEW.1;
+    Ok(if few {
+        Box::new(Prepared::<Few> { cfg, values })
+    } else {
+        Box::new(Prepared::<Many> { cfg, values })
+    })
 }
 
 /// What is asked of a run.

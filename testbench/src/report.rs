@@ -109,7 +109,7 @@ impl Report {
         let about = "Transparent fragments that count per pixel that has any.";
         let mean = rate(r.blended, r.transparent_pixels);
         add("frame", "mean_layers", mean, "fragments per pixel", about);
-        for f in tally.cycles.figures() {
+        for f in tally.cycles.figures().iter().chain(&tally.further_cycles) {
             add("cycles", f.name, n(f.value), f.unit, f.about);
         }
         let stalls = tally.streams.iter().map(|s| s.stalls).sum();

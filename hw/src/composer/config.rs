@@ -1,8 +1,20 @@
-//! What the image composition machine is made of.
+//! The image composition machine's parameters, and what the blocks derive from them.
 
+use super::scan_line::bucket_sort;
+use super::{distributor, merger, object_engine, raster, scan_line, scan_lines, walker};
+use crate::params::{ParamError, Preset};
+use crate::pixel::Screen;
 use crate::primitive::Primitive;
+use crate::{choice, parameters, sorter};
 
-crate::choice! {
+/// The most object-order engines.
+pub const MAX_ENGINES: usize = 1024;
+/// The most scan-line engines.
+pub const MAX_SCAN_LINE_ENGINES: usize = 64;
+/// Pixels that all local frame buffers together may have: what a simulation can hold in memory.
+const MAX_LOCAL_PIXELS: u64 = 1 << 29;
+
+choice! {
     /// Which object-order engine an opaque primitive goes to.
     pub enum Distribution {
         /// To each in turn.
@@ -37,5 +49,129 @@ impl Engines {
         let engine = if self.by_area { by_area } else { turn };
         self.loads[engine] += u64::from(primitive.area) + 1;
         engine as u32
+    }
+}
+
+parameters! {
+    /// What a user chooses.
+    pub struct Params {
+        /// Object-order engines, each with its merging unit (n).
+        engines: u32 = 16, "engines", 1..=MAX_ENGINES as u32;
+        /// Scan-line engines (r); each has every r-th line.
+        scan_line_engines: u32 = 1, "engines", 1..=MAX_SCAN_LINE_ENGINES as u32;
+        /// Overhead after each scan line, in the merger and where results are collected.
+        beta: u32 = 20, "cycles", 0..=1023;
+        /// Which object-order engine an opaque primitive goes to.
+        distribution: Distribution = Distribution::RoundRobin, "", ();
+        /// Set-up of a primitive, beside the drawing of the one before.
+        set_up_cycles: u32 = 4, "cycles", 1..=256;
+        /// From fragment to fragment of an object-order engine.
+        fragment_cycles: u32 = 1, "cycles", 1..=256;
+        /// Primitives that wait for an object-order engine.
+        primitive_queue: u32 = 4, "primitives", 1..=4096;
+        /// Transparent primitives that a frame may have.
+        primitives: u32 = 262_144, "primitives", 1..=1 << 22;
+        /// Transparent primitives that a scan line may have.
+        line_primitives: u32 = 8192, "primitives", 1..=1 << 20;
+        /// Fragments sorted in one pass (K), the opaque one included; a pixel with more takes several passes.
+        sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
+    }
+}
+
+/// All presets; the first is the default.
+pub const PRESETS: &[Preset<Params>] = &[
+    Preset {
+        name: "vc1",
+        about: "16 object-order engines and one scan-line engine, with seed 001's numbers of the VC-1 machine.",
+        params: Params::default,
+    },
+    Preset {
+        name: "wide",
+        about: "scan_line_engines=4, distribution=area: for frames with much transparency.",
+        params: || Params {
+            scan_line_engines: 4,
+            distribution: Distribution::Area,
+            ..Params::default()
+        },
+    },
+];
+
+/// What the blocks of a machine with scan-line engines need to know.
+pub type Config = super::Config<scan_lines::Config>;
+
+impl Config {
+    /// Checks the parameters against each other.
+    ///
+    /// # Errors
+    /// If there are more scan-line engines than lines, or the local frame buffers are larger than a simulation
+    /// can hold.
+    pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
+        let Params { engines, scan_line_engines, .. } = params;
+        if scan_line_engines > screen.height {
+            return Err(ParamError::Together(format!(
+                "parameter `scan_line_engines` is {scan_line_engines}: expected at most {}, the rows of the \
+                 screen",
+                screen.height
+            )));
+        }
+        let pixels = u64::from(engines) * u64::from(screen.pixels());
+        if pixels > MAX_LOCAL_PIXELS {
+            return Err(ParamError::Together(format!(
+                "the local frame buffers of `engines` engines hold {pixels} pixels: expected at most \
+                 {MAX_LOCAL_PIXELS}"
+            )));
+        }
+        let raster = raster::Config { screen, beta: params.beta };
+        let bucket_sort = bucket_sort::Config {
+            screen,
+            engines: scan_line_engines,
+            index: 0,
+            capacity: params.primitives,
+        };
+        let walker = walker::Config {
+            screen,
+            set_up_cycles: params.set_up_cycles,
+            fragment_cycles: params.fragment_cycles,
+        };
+        Ok(Config {
+            distributor: distributor::Config { screen, engines, distribution: params.distribution },
+            engine: object_engine::Config { walker, queue: params.primitive_queue },
+            merger: merger::Config { engines, raster },
+            transparency: scan_lines::Config {
+                engines: scan_line_engines,
+                engine: scan_line::Config {
+                    bucket_sort,
+                    line_primitives: params.line_primitives.min(params.primitives),
+                    sorter_depth: params.sorter_depth,
+                },
+                raster,
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(screen: (u32, u32), params: Params) -> String {
+        let screen = Screen { width: screen.0, height: screen.1, background: 0 };
+        Config::new(screen, params).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let params = Params { scan_line_engines: 49, ..Params::default() };
+        assert_eq!(
+            refused((64, 48), params),
+            "parameter `scan_line_engines` is 49: expected at most 48, the rows of the screen"
+        );
+        let params = Params { engines: 1024, ..Params::default() };
+        assert_eq!(
+            refused((1024, 1024), params),
+            "the local frame buffers of `engines` engines hold 1073741824 pixels: expected at most 536870912"
+        );
+        let screen = Screen { width: 64, height: 48, background: 0 };
+        assert!(Config::new(screen, Params { scan_line_engines: 48, ..Params::default() }).is_ok());
     }
 }

@@ -21,6 +21,7 @@ pub mod config;
 pub mod distributor;
 pub mod merger;
 pub mod merging_unit;
+pub mod monitor;
 pub mod object_engine;
 pub mod raster;
 pub mod scan_line;
@@ -29,7 +30,7 @@ pub mod sweep;
 pub mod transparency;
 pub mod walker;
 
-use crate::machine::Phase;
+use crate::machine::{Phase, PrimitiveFrame};
 use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
 use distributor::Distributor;
@@ -93,17 +94,6 @@ pub struct State<const N: usize, T: Transparency> {
     pub transparency: T::State,
 }
 
-/// Inputs.
-#[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
-pub struct In {
-    /// A frame's primitives in arrival order, then its end.
-    #[with(*cfg)]
-    pub primitive: Stream<Marked<Primitive>>,
-    /// The display takes a pixel.
-    pub image_ready: bool,
-}
-
 /// What can be seen of the machine in a cycle.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Config<T::Config>)]
@@ -156,7 +146,7 @@ pub struct Mem<T: Transparency> {
 impl<const N: usize, T: Transparency> Block for Composer<N, T> {
     type Config = Config<T::Config>;
     type State = State<N, T>;
-    type In = In;
+    type In = PrimitiveFrame;
     type Moore = ();
     type Out = Out<N, T>;
     type Mem = Mem<T>;
@@ -182,13 +172,13 @@ impl<const N: usize, T: Transparency> Block for Composer<N, T> {
 
     fn moore(_: &Self::Config, _: &State<N, T>, _: &Self::Mem) {}
 
-    #[inline(always)]
+    #[inline(never)]
     fn next(
         cfg: &Self::Config,
         q: &State<N, T>,
         d: &mut State<N, T>,
         m: &mut Self::Mem,
-        i: In,
+        i: PrimitiveFrame,
     ) -> Out<N, T> {
         // What every block shows before its inputs are known.
         let given = Distributor::<N>::moore(&cfg.distributor, &q.distributor, &());

@@ -152,7 +152,7 @@ impl Block for ObjectEngine {
         }
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue);
         let fragment = Walker::moore(&cfg.walker, &q.walker, &()).fragment;

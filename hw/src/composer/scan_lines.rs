@@ -12,9 +12,11 @@
 //! order, each once it is complete: a pixel a cycle, then `beta` cycles of overhead. Then the banks change
 //! places and the image is shown, while the next one is rendered.
 
+pub mod monitor;
+
 use super::raster::{self, Raster};
 use super::scan_line::{self, ScanLine};
-use super::transparency::{In, Moore, Transparency};
+use super::transparency::{In, Moore};
 use crate::pixel::{COLOUR_BITS, Screen};
 use crate::scanout::{self, Scanout};
 use pellucid_sim::{Block, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
@@ -22,8 +24,6 @@ use pellucid_sim::{Block, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bit
 /// See the module's description. `R` is the most engines that there can be.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanLines<const R: usize>;
-
-impl<const R: usize> Transparency for ScanLines<R> {}
 
 /// Parameters.
 #[derive(Clone, Copy, Debug)]

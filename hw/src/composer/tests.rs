@@ -28,7 +28,7 @@ fn play(
     let mut shown = vec![];
     for cycle in 0.. {
         assert!(cycle < 200_000, "the images do not end");
-        let i = In { primitive: source.offer(cycle), image_ready: ready.at(cycle) };
+        let i = PrimitiveFrame { primitive: source.offer(cycle), image_ready: ready.at(cycle) };
         let out = sim.clock(i).unwrap().out;
         source.edge(out.primitive.ready);
         image_monitor.observe(out.image).unwrap();

@@ -2,9 +2,10 @@
 //! composed, and adds them to the merged opaque image.
 
 use super::merging_unit::Opaque;
+use crate::machine::{Fragments, Seen};
 use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{Netlist, Signals, Stream};
+use pellucid_sim::{Figure, Netlist, Signals, Stream, Violation};
 
 /// See the module's description.
 pub trait Transparency:
@@ -17,6 +18,31 @@ pub trait Transparency:
     > + Copy
     + 'static
 {
+    /// Watches it.
+    type Monitor: Watch<Self>;
+}
+
+/// Watches what stands behind the merger: counts, and holds its streams to their rules.
+pub trait Watch<T: Transparency>: Sized {
+    /// A monitor that has seen nothing.
+    fn new(cfg: &T::Config) -> Self;
+    /// One cycle: the registers at its start and the wires during it.
+    ///
+    /// # Errors
+    /// A stream broke its rules: a bug in a block.
+    fn observe(&mut self, cfg: &T::Config, q: &T::State, out: &T::Out) -> Result<(), Violation>;
+    /// Its streams.
+    fn streams(&self) -> Vec<Seen>;
+    /// The state of one of its blocks, if it is one.
+    fn state(block: &str, q: &T::State) -> Option<&'static str>;
+    /// Transparent fragments by what became of them; those that came in are counted as `arrived`.
+    fn fragments(&self) -> Fragments;
+    /// Why fragments are dropped, with the parameters that could help.
+    fn dropped_since(&self) -> &'static str;
+    /// Its own figures.
+    fn own(&self) -> Vec<Figure>;
+    /// Of a memory, by its path, the most words in use; nothing if it is none of those that fill.
+    fn peak_words(&self, name: &str) -> Option<u64>;
 }
 
 /// Inputs.

@@ -165,6 +165,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
         };
         Tally {
             cycles: ends.phases.cycles(),
+            further_cycles: vec![],
             fragments: Fragments {
                 stored: chains.stored,
                 spilled: chains.spilled,

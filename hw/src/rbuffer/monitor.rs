@@ -240,6 +240,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
         let f = &self.fragments;
         Tally {
             cycles: self.ends.phases.cycles(),
+            further_cycles: vec![],
             fragments: Fragments {
                 stored: self.passed - f.dropped,
                 spilled: f.spilled,

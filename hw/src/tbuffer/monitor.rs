@@ -139,6 +139,7 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
         };
         Tally {
             cycles: ends.phases.cycles(),
+            further_cycles: vec![],
             fragments: Fragments {
                 stored: chains.stored,
                 spilled: chains.spilled,

@@ -199,8 +199,15 @@ pub struct Out {
     pub fragment: bool,
     /// It is hidden.
     pub hidden: bool,
+    /// A fragment is blended: each pixel's opaque one, and transparent ones.
+    pub blended: bool,
     /// The sweep along a line is under way.
     pub renders: bool,
+}
+
+/// The primitive for which there is no place, while there is one.
+pub fn lost(cfg: &Config, q: &State) -> Primitive {
+    BucketSort::moore(&cfg.bucket_sort, &q.bucket_sort, &()).insert.payload.item
 }
 
 /// Memories.
@@ -277,7 +284,7 @@ impl Block for ScanLine {
         }
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let width = cfg.screen().width;
         let sort = BucketSort::moore(&cfg.bucket_sort, &q.bucket_sort, &());
@@ -394,6 +401,7 @@ impl Block for ScanLine {
             lost: columns.last + 1 - columns.first,
             fragment: layers.fragment,
             hidden: layers.hidden,
+            blended: blended.blended,
             renders: along.runs,
         }
     }

@@ -1,0 +1,265 @@
+//! Watches the image composition machine: counts what it does and holds its streams to their rules.
+
+use super::merging_unit::{Opaque, STAGES};
+use super::transparency::{Transparency, Watch};
+use super::{Composer, Config, Out, State};
+use crate::machine::{
+    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
+    memory_tallies, seen, waits,
+};
+use crate::pixel::{Marked, Screen};
+use crate::primitive::Primitive;
+use pellucid_sim::signals::state_name;
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
+
+pellucid_sim::counters! {
+    /// Cycles that the machine counts beside those that all count.
+    pub struct Cycles {
+        /// Drawing opaque primitives and sorting transparent ones, over all frames.
+        draw: "cycles",
+        /// Merging local images, over all frames: (v + beta) * w + 4 * n for each.
+        merge: "cycles",
+        /// Merging and adding transparent primitives, until the image is shown, over all frames.
+        compose: "cycles",
+    }
+}
+
+pellucid_sim::counters! {
+    /// Figures of the object-order engines and the merger.
+    pub struct Own {
+        /// Frames that were composed.
+        frames: "frames",
+        /// Cycles in which object-order engines had something to do, of all added up.
+        engine_work: "cycles",
+        /// The same of the one with the most.
+        busiest_engine: "cycles",
+        /// From the begin of merging until the first line is complete, in the last frame (T_in).
+        first_line: "cycles",
+    }
+}
+
+/// See the module's description.
+pub struct ComposerMonitor<T: Transparency> {
+    phases: PhaseCounts,
+    primitive: StreamMonitor<Marked<Primitive>>,
+    merged: StreamMonitor<Opaque>,
+    image: StreamMonitor<u32>,
+    behind: T::Monitor,
+    cycles: Cycles,
+    frames: u64,
+    /// Of each object-order engine, the cycles of work.
+    work: Vec<u64>,
+    drawn: u64,
+    hidden: u64,
+    /// Cycles since merging began, until the first line is complete.
+    first_line: Option<u64>,
+    until_first_line: u64,
+    /// Primitives that waited, of all engines added up, at the peak.
+    queued: u64,
+}
+
+impl<T: Transparency> ComposerMonitor<T> {
+    fn streams(&self) -> Vec<Seen> {
+        let mut streams = vec![seen(&self.primitive), seen(&self.merged)];
+        streams.extend(self.behind.streams());
+        streams.push(seen(&self.image));
+        streams
+    }
+}
+
+impl<const N: usize, T: Transparency> Machine for Composer<N, T> {
+    type Item = Primitive;
+    type Monitor = ComposerMonitor<T>;
+    const ARITHMETIC: Arithmetic = Arithmetic::Blend;
+
+    #[inline(always)]
+    fn ports(out: &Self::Out) -> Ports {
+        Ports { phase: out.phase, item_ready: out.primitive.ready, image: out.image, replay: false }
+    }
+
+    fn screen(cfg: &Self::Config) -> Screen {
+        *cfg.screen()
+    }
+
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, _: &Census) -> Vec<Check> {
+        let Screen { width, height, .. } = *cfg.screen();
+        let line = u64::from(width + cfg.merger.raster.beta);
+        let through = u64::from(STAGES * cfg.engines());
+        let frame = line * u64::from(height) + through;
+        vec![
+            Check {
+                what: "cycles of merging, (v + beta) * w + 4 * n for each frame",
+                expected: tally.figure("frames") * frame,
+                found: tally.figure("merge"),
+            },
+            Check {
+                what: "cycles until the first line is merged, v + beta + 4 * n",
+                expected: line + through,
+                found: tally.figure("first_line"),
+            },
+            Check {
+                what: "cycles from the last line's completion until it is collected, v + beta",
+                expected: line,
+                found: tally.figure("last_line"),
+            },
+        ]
+    }
+}
+
+impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonitor<T> {
+    fn new(cfg: &Config<T::Config>) -> ComposerMonitor<T> {
+        ComposerMonitor {
+            phases: PhaseCounts::default(),
+            primitive: StreamMonitor::new("primitive", "source", "distributor"),
+            merged: StreamMonitor::new("merged", "merger", "transparency"),
+            image: StreamMonitor::new("image", "scanout", "display"),
+            behind: T::Monitor::new(&cfg.transparency),
+            cycles: Cycles::default(),
+            frames: 0,
+            work: vec![0; cfg.engines() as usize],
+            drawn: 0,
+            hidden: 0,
+            first_line: None,
+            until_first_line: 0,
+            queued: 0,
+        }
+    }
+
+    #[inline(never)]
+    fn observe(
+        &mut self,
+        cfg: &Config<T::Config>,
+        q: &State<N, T>,
+        o: &Out<N, T>,
+    ) -> Result<(), Violation> {
+        self.phases.observe(o.phase, o.primitive.fires(), o.shows);
+        self.image.observe(o.image)?;
+        if o.phase == Phase::Clear {
+            return Ok(());
+        }
+        self.primitive.observe(o.primitive)?;
+        self.merged.observe(o.merged)?;
+        self.behind.observe(&cfg.transparency, &q.transparency, &o.transparency)?;
+        self.cycles.draw += u64::from(o.draws);
+        self.cycles.merge += u64::from(o.merges);
+        self.cycles.compose += u64::from(o.composes);
+        let mut queued = 0;
+        for (k, work) in self.work.iter_mut().enumerate() {
+            let engine = &o.engines[k];
+            *work += u64::from(engine.works);
+            self.drawn += u64::from(engine.drawn);
+            self.hidden += u64::from(engine.hidden);
+            queued += u64::from(q.engines[k].queue.count);
+        }
+        self.queued = self.queued.max(queued);
+        if let Some(cycles) = &mut self.first_line {
+            *cycles += 1;
+            if o.line_merged {
+                self.until_first_line = *cycles;
+                self.first_line = None;
+            }
+        }
+        if o.swap {
+            self.frames += 1;
+            self.first_line = Some(0);
+        }
+        Ok(())
+    }
+
+    fn transfers(&self) -> u64 {
+        let streams: u64 = self.streams().iter().map(|stream| stream.tally.transfers).sum();
+        streams + self.drawn + self.hidden + self.cycles.merge
+    }
+
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State<N, T>) -> Deadlock {
+        let at = if q.begun { Phase::Store } else { Phase::Idle };
+        let state = |block: &str| {
+            T::Monitor::state(block, &q.transparency).unwrap_or_else(|| state_name(at))
+        };
+        Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
+    }
+
+    fn tally(&self, _: &Config<T::Config>, memories: &[(String, StorageInfo)]) -> Tally {
+        let memories = together(memories);
+        let peak_words = |name: &str, words| match name.strip_prefix("transparency.") {
+            Some(name) => self.behind.peak_words(name).unwrap_or(words),
+            None if name == "engines.queue" => self.queued,
+            None => words,
+        };
+        let own = Own {
+            frames: self.frames,
+            engine_work: self.work.iter().sum(),
+            busiest_engine: self.work.iter().copied().max().unwrap_or(0),
+            first_line: self.until_first_line,
+        };
+        let behind = self.behind.fragments();
+        let mut figures = own.figures();
+        figures.extend(self.behind.own());
+        Tally {
+            cycles: self.phases.cycles(),
+            further_cycles: self.cycles.figures(),
+            fragments: Fragments {
+                arrived: self.drawn + self.hidden + behind.arrived,
+                drawn: self.drawn,
+                hidden: self.hidden,
+                ..behind
+            },
+            dropped_since: self.behind.dropped_since(),
+            streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
+            memories: memory_tallies(&memories, peak_words),
+            seed_accesses: 0,
+            seed_bytes: 0,
+            seed_bytes_used: 0,
+            own: figures,
+        }
+    }
+}
+
+/// The memories of engines of one kind as one, their numbers left out of the name.
+fn together(memories: &[(String, StorageInfo)]) -> Vec<(String, StorageInfo)> {
+    let mut all: Vec<(String, StorageInfo)> = vec![];
+    for (path, info) in memories {
+        let parts = path.split('.').map(|part| part.split('[').next().unwrap_or(part));
+        let name = parts.collect::<Vec<_>>().join(".");
+        match all.iter_mut().find(|(found, _)| *found == name) {
+            Some((_, sum)) => {
+                sum.words += info.words;
+                sum.reads += info.reads;
+                sum.writes += info.writes;
+            }
+            None => all.push((name, *info)),
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pellucid_sim::{Ports, ReadDuringWrite};
+
+    #[test]
+    fn memories_of_a_kind_are_added_up() {
+        let memory = |path: &str, words, reads| {
+            let info = StorageInfo {
+                ports: Ports::OneReadOneWrite,
+                read_during_write: ReadDuringWrite::New,
+                latency: 1,
+                outside: false,
+                words,
+                bits_per_word: 8,
+                reads,
+                writes: 1,
+            };
+            (path.to_string(), info)
+        };
+        let all = together(&[
+            memory("a[0].x[1].b", 3, 5),
+            memory("c", 1, 1),
+            memory("a[1].x[0].b", 4, 6),
+        ]);
+        let seen: Vec<_> =
+            all.iter().map(|(n, i)| (n.as_str(), i.words, i.reads, i.writes)).collect();
+        assert_eq!(seen, [("a.x.b", 7, 11, 2), ("c", 1, 1, 1)]);
+    }
+}
