@@ -99,6 +99,9 @@ pub struct Ports {
     pub replay: bool,
 }
 
+/// Says to which engine each item of a frame goes; asked once of each, in arrival order.
+pub type Dealer<T> = Box<dyn FnMut(&T) -> u32>;
+
 /// How a machine makes a pixel's colour of its fragments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arithmetic {
@@ -122,6 +125,12 @@ pub trait Machine:
     /// Whether it may ask for a frame again: see [`Ports::replay`].
     fn replays(_: &Self::Config) -> bool {
         false
+    }
+    /// Where the machine has several engines for what is opaque, a new dealer for each call: of opaque fragments
+    /// that are equally deep the one of the engine with the lower number is seen, of one engine's the one that
+    /// arrived first. What it says of transparent items is without meaning.
+    fn dealer(_: &Self::Config) -> Option<Dealer<Self::Item>> {
+        None
     }
     /// What the outside sees.
     fn ports(out: &Self::Out) -> Ports;

@@ -4,8 +4,9 @@ use crate::bench::{Bench, BenchError};
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
-use crate::source::{Played, Source};
+use crate::source::{Played, Source, SourceError};
 use crate::stimulus::Stimulus;
+use crate::view::View;
 use pellucid_hw::allocator::Chosen;
 use pellucid_hw::composer::Composer;
 use pellucid_hw::composer::config as composer;
@@ -241,6 +242,11 @@ pub trait Runnable: Send + Sync {
     fn values(&self) -> Vec<(&'static str, Value)>;
     /// How it makes colours.
     fn arithmetic(&self) -> Arithmetic;
+    /// What it sees of a frame.
+    ///
+    /// # Errors
+    /// The frame cannot be read.
+    fn view(&self, source: &Source) -> Result<View, SourceError>;
     /// Runs one frame.
     ///
     /// # Errors
@@ -282,6 +288,10 @@ where
 
     fn arithmetic(&self) -> Arithmetic {
         M::ARITHMETIC
+    }
+
+    fn view(&self, source: &Source) -> Result<View, SourceError> {
+        View::new(M::dealer(&self.cfg), source)
     }
 
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {

@@ -24,5 +24,6 @@ pub mod source;
 pub mod stimulus;
 pub mod trace;
 pub mod trial;
+pub mod view;
 mod watch;
 pub mod window;

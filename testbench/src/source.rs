@@ -1,7 +1,9 @@
 //! Where a frame comes from: a scene or a trace.
 
+use crate::golden::primitive;
 use crate::scene::{Options, Scene, SceneError, point};
 use crate::trace::{Trace, TraceError};
+use crate::view::Kind;
 use pellucid_hw::machine::Item;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::primitive::Primitive;
@@ -105,6 +107,12 @@ impl Source {
 
 /// What a [`Source`] has frames of.
 pub trait Played: Item {
+    /// What it is.
+    const KIND: Kind;
+    /// Whether all of it hides what lies behind it.
+    fn is_opaque(&self) -> bool;
+    /// Its fragments on a screen `width` pixels wide, in the order in which they are drawn.
+    fn fragments(&self, width: u32) -> impl Iterator<Item = Fragment>;
     /// Sends a frame's items in arrival order.
     ///
     /// # Errors
@@ -116,6 +124,16 @@ pub trait Played: Item {
 }
 
 impl Played for Fragment {
+    const KIND: Kind = Kind::Fragments;
+
+    fn is_opaque(&self) -> bool {
+        Fragment::is_opaque(*self)
+    }
+
+    fn fragments(&self, _: u32) -> impl Iterator<Item = Fragment> {
+        std::iter::once(*self)
+    }
+
     fn play<E: From<SourceError>>(
         source: &Source,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
@@ -125,6 +143,16 @@ impl Played for Fragment {
 }
 
 impl Played for Primitive {
+    const KIND: Kind = Kind::Primitives;
+
+    fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
+    fn fragments(&self, width: u32) -> impl Iterator<Item = Fragment> {
+        primitive::fragments(self, width)
+    }
+
     fn play<E: From<SourceError>>(
         source: &Source,
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,

@@ -9,17 +9,22 @@ use crate::recorder::{WaveJob, WaveReport};
 use crate::report::Report;
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
+use crate::view::View;
 use crate::window::Window;
-use pellucid_hw::machine::{Arithmetic, Census};
+use pellucid_hw::machine::Census;
+use std::sync::Arc;
 
-/// A scene, and what the golden model says of it.
+/// A scene, and what the golden model says of it for machines of one view.
+#[derive(Clone)]
 pub struct Case {
     /// The scene's name or file.
     pub scene: String,
-    /// Its fragments.
-    pub source: Source,
+    /// Its frame.
+    pub source: Arc<Source>,
     /// What machines must give.
-    pub reference: Reference,
+    pub reference: Arc<Reference>,
+    /// How many items they are sent: fragments or primitives.
+    pub items: u64,
     /// How often a machine plays them before the time that counts.
     pub warm_up: u32,
 }
@@ -48,23 +53,64 @@ pub enum CaseError {
 }
 
 impl Case {
-    /// Plays the scene to the golden model, for machines of the given arithmetics.
+    /// Plays the scene to the golden model, for one machine.
     ///
     /// # Errors
     /// The frame cannot be read, or has more fragments than the golden model holds.
     pub fn new(
         scene: &str,
         source: Source,
-        arithmetics: impl IntoIterator<Item = Arithmetic>,
+        machine: &dyn Runnable,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
-        let golden = Golden::new(source.screen());
-        let mut golden = arithmetics.into_iter().fold(golden, Golden::with);
-        source.play::<CaseError>(&mut |fragment| {
+        let mut cases = Case::all(scene, source, &[machine], progress)?;
+        Ok(cases.remove(0))
+    }
+
+    /// Plays the scene to the golden model, for several machines: a case for each. Those of machines that see the
+    /// frame alike share what the golden model says.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    pub fn all(
+        scene: &str,
+        source: Source,
+        machines: &[&dyn Runnable],
+        progress: &mut Progress,
+    ) -> Result<Vec<Case>, CaseError> {
+        let views: Vec<View> =
+            machines.iter().map(|machine| machine.view(&source)).collect::<Result<_, _>>()?;
+        let source = Arc::new(source);
+        let mut cases: Vec<Case> = vec![];
+        for (k, view) in views.iter().enumerate() {
+            let same = views[..k].iter().position(|other| other == view);
+            let case = match same {
+                Some(same) => cases[same].clone(),
+                None => {
+                    let alike = machines.iter().zip(&views).filter(|(_, other)| *other == view);
+                    let arithmetics = alike.map(|(machine, _)| machine.arithmetic());
+                    let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
+                    Case::seen(scene, &source, view, golden, progress)?
+                }
+            };
+            cases.push(case);
+        }
+        Ok(cases)
+    }
+
+    fn seen(
+        scene: &str,
+        source: &Arc<Source>,
+        view: &View,
+        mut golden: Golden,
+        progress: &mut Progress,
+    ) -> Result<Case, CaseError> {
+        let items = view.play::<CaseError>(source, &mut |fragment| {
             progress.step();
             Ok(golden.push(fragment)?)
         })?;
-        Ok(Case { scene: scene.to_string(), source, reference: golden.finish(), warm_up: 0 })
+        let (scene, source) = (scene.to_string(), source.clone());
+        Ok(Case { scene, source, reference: Arc::new(golden.finish()), items, warm_up: 0 })
     }
 
     /// Sends the scene through a machine of the architecture `arch` and judges what it gives. Where the model
@@ -75,7 +121,7 @@ impl Case {
     /// See [`BenchError`].
     ///
     /// # Panics
-    /// The case is not for machines of that arithmetic.
+    /// The case is for machines of other arithmetics alone.
     pub fn run(
         &self,
         arch: &'static str,
@@ -125,7 +171,7 @@ impl Case {
         machine: &dyn Runnable,
         outcome: Outcome,
     ) -> Result<Trial, BenchError> {
-        let (screen, reference) = (self.source.screen(), &self.reference);
+        let (screen, reference) = (self.source.screen(), &*self.reference);
         let histogram = reference.stored_histogram.clone();
         let census = Census { stored: reference.stored, histogram };
         let closed_forms = machine.closed_forms(&outcome.tally, &census);

@@ -172,7 +172,7 @@ fn check_frame(arch: &Architecture, machine: &dyn Runnable) {
     let name = name.to_str().expect("a temporary folder has a plain name");
     let source = Source::open(name, &Options::default()).expect("the frame");
     let mut progress = Progress::new("", None, true);
-    let case = Case::new(name, source, [machine.arithmetic()], &mut progress).expect("the frame");
+    let case = Case::new(name, source, machine, &mut progress).expect("the frame");
     let trial = case.run(arch.name, machine, None, &mut progress);
     let verdict = trial.unwrap_or_else(|error| panic!("{}: {error}", arch.name)).verdict;
     assert!(

@@ -77,30 +77,30 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     let progress = |whose: &str, what, total| {
         Progress::among(&bars, whose.to_string(), what, total, args.quiet)
     };
-    let cases: Vec<Result<Case, CaseError>> = sources
+    let cases: Vec<Result<Vec<Case>, CaseError>> = sources
         .into_par_iter()
         .zip(&machines)
         .map(|((scene, source), machines)| {
-            let arithmetics = machines.iter().map(|machine| machine.arithmetic());
+            let machines: Vec<&dyn Runnable> = machines.iter().map(|machine| &**machine).collect();
             let mut progress = progress(scene, "golden model", None);
-            let case = Case::new(scene, source, arithmetics, &mut progress)?;
-            Ok(Case { warm_up: args.warm_up, ..case })
+            let mut cases = Case::all(scene, source, &machines, &mut progress)?;
+            cases.iter_mut().for_each(|case| case.warm_up = args.warm_up);
+            Ok(cases)
         })
         .collect();
-    let cases: Vec<Case> = cases.into_iter().collect::<Result<_, _>>()?;
+    let cases: Vec<Vec<Case>> = cases.into_iter().collect::<Result<_, _>>()?;
     let planned: Vec<Planned> = cases
         .iter()
         .zip(&machines)
-        .flat_map(|(case, machines)| {
-            let each = choices.iter().zip(machines);
-            each.map(move |(choice, machine)| Planned { choice, machine: &**machine, case })
+        .flat_map(|(cases, machines)| {
+            let each = choices.iter().zip(machines).zip(cases);
+            each.map(|((choice, machine), case)| Planned { choice, machine: &**machine, case })
         })
         .collect();
     let done: Vec<_> = planned
         .par_iter()
         .map(|run| {
-            let fragments = Some(run.case.reference.fragments);
-            let mut progress = progress(&run.name(), "simulating", fragments);
+            let mut progress = progress(&run.name(), "simulating", Some(run.case.items));
             run.case.run(run.choice.arch.name, run.machine, None, &mut progress)
         })
         .collect();
@@ -119,9 +119,9 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         pass &= passes(&trial.verdict, args.allow_drops, &format!("{name}: "));
     }
     let mut trials = trials.into_iter();
-    let each = cases.into_iter().map(|case| {
+    let each = cases.into_iter().map(|mut cases| {
         let trials = trials.by_ref().take(choices.len()).collect();
-        Compared { case, trials }
+        Compared { case: cases.swap_remove(0), trials }
     });
     let comparison = Comparison {
         command: command(args, &choices),

@@ -1,7 +1,7 @@
 //! `pellucid reproduce`: a seed document's comparison, made again.
 
 use super::{finished, passes, say};
-use crate::arch::Architecture;
+use crate::arch::{Architecture, Runnable};
 use crate::progress::Progress;
 use crate::reproduce::{Frame, Reproduction};
 use crate::scene::{Options, built_in};
@@ -83,19 +83,20 @@ fn frame(name: &str, bars: &MultiProgress, quiet: bool) -> anyhow::Result<Option
         let arch = Architecture::named(arch)?;
         machines.push((arch, arch.build(screen, Some(preset), &[])?));
     }
-    let arithmetics = machines.iter().map(|(_, machine)| machine.arithmetic());
-    let case = Case::new(name, source, arithmetics, &mut progress("golden model", None))?;
+    let all: Vec<&dyn Runnable> = machines.iter().map(|(_, machine)| &**machine).collect();
+    // They take fragments, all of them, so that one case is as good as another.
+    let case = Case::all(name, source, &all, &mut progress("golden model", None))?.swap_remove(0);
     let mut passed = true;
     let mut trials: Vec<Trial> = vec![];
     for (arch, machine) in &machines {
-        let mut progress = progress("simulating", Some(case.reference.fragments));
+        let mut progress = progress("simulating", Some(case.items));
         let about = format!("{} on {name}: ", arch.name);
         let done = case.run(arch.name, &**machine, None, &mut progress);
         let Some(trial) = finished(done, &about)? else { return Ok(None) };
         passed &= passes(&trial.verdict, false, &about);
         trials.push(trial);
     }
-    let histogram = case.reference.stored_histogram;
+    let histogram = case.reference.stored_histogram.clone();
     let census = Census { stored: case.reference.stored, histogram };
     let frame = Frame::new(name, screen, census, [&trials[0], &trials[1], &trials[2]])?;
     Ok(Some((frame, passed)))

@@ -46,9 +46,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     create_dir(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);
-    let case = Case::new(&args.scene.scene, source, [machine.arithmetic()], &mut progress)?;
-    let wave = args.wave.job(&args.out, screen, case.reference.fragments)?;
-    progress = Progress::new("simulating", Some(case.reference.fragments), args.quiet);
+    let case = Case::new(&args.scene.scene, source, &*machine, &mut progress)?;
+    let wave = args.wave.job(&args.out, screen, case.items)?;
+    progress = Progress::new("simulating", Some(case.items), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);
     if let (Ok(done), Some(wave)) = (&trial, &wave)
         && !done.verdict.passes(args.allow_drops)

@@ -64,21 +64,21 @@ fn words(text: &str) -> Result<Words, String> {
 }
 
 impl WaveArgs {
-    /// The waveform of a frame of so many fragments, in the folder `out`; nothing if none is wanted.
+    /// The waveform of a frame of so many items, in the folder `out`; nothing if none is wanted.
     pub(super) fn job(
         &self,
         out: &Path,
         screen: Screen,
-        fragments: u64,
+        items: u64,
     ) -> anyhow::Result<Option<WaveJob>> {
         if self.no_wave {
             return Ok(None);
         }
         let mut windows = self.wave.clone();
         for number in &self.follow_fragment {
-            if u64::from(*number) >= fragments {
+            if u64::from(*number) >= items {
                 bail!(
-                    "--follow-fragment {number}: the frame has {fragments} fragments, numbered from 0"
+                    "--follow-fragment {number}: the frame has {items} fragments, numbered from 0"
                 );
             }
             windows.push(Window::Fragment { number: *number });

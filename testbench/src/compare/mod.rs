@@ -44,7 +44,7 @@ pub struct Comparison {
 
 /// One scene's runs.
 pub struct Compared {
-    /// The scene.
+    /// The scene as the first machine takes it.
     pub case: Case,
     /// A run for each machine, in their order.
     pub trials: Vec<Trial>,
@@ -223,7 +223,7 @@ mod tests {
         let source = Source::open("glass", &options).unwrap();
         let arch = Architecture::named("tbuffer").unwrap();
         let machine = arch.build(source.screen(), None, &[]).unwrap();
-        let case = Case::new("glass", source, [machine.arithmetic()], &mut progress).unwrap();
+        let case = Case::new("glass", source, &*machine, &mut progress).unwrap();
         let run = |_| case.run(arch.name, &*machine, None, &mut progress).unwrap();
         let trials: Vec<Trial> = (0..5).map(run).collect();
         let machines = (0..5).map(|k| format!("machine-{k}")).collect();

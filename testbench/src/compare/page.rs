@@ -5,6 +5,7 @@
 use super::{Compared, Comparison, Row, heat, plots};
 use crate::image::Image;
 use crate::report::grouped;
+use crate::trial::Trial;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use plotters::style::RGBColor;
@@ -199,14 +200,14 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
     );
     text += &figure(&reference.image, "The image by the golden model: the exact blend.")?;
     let runs = comparison.machines.iter().zip(&scene.trials);
-    let (same, different): (Vec<_>, Vec<_>) =
-        runs.partition(|(_, trial)| trial.verdict.image.mismatched_pixels == 0);
+    let differ = |trial: &Trial| trial.image.compare(&reference.image).mismatched_pixels;
+    let (same, different): (Vec<_>, Vec<_>) = runs.partition(|(_, trial)| differ(trial) == 0);
     if !same.is_empty() {
         let same: Vec<String> = same.iter().map(|(machine, _)| escaped(machine)).collect();
         text += &format!("<p>The same image, bit for bit, came from: {}.</p>\n", same.join("; "));
     }
     for (machine, trial) in different {
-        let pixels = number(trial.verdict.image.mismatched_pixels);
+        let pixels = number(differ(trial));
         let caption = format!("The image by {machine}: {pixels} pixels differ.");
         text += &figure(&trial.image, &caption)?;
     }

@@ -1,11 +1,13 @@
 use super::*;
+use crate::arch::Architecture;
 use crate::bench::Bench;
 use crate::scene::Options;
 use crate::stimulus::Stimulus;
 use pellucid_hw::allocator::FreeList;
-use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::machine::{Arithmetic, Check, Tally};
 use pellucid_hw::params::Value;
-use pellucid_hw::pixel::Marked;
+use pellucid_hw::pixel::{Fragment, Marked};
+use pellucid_hw::primitive::Primitive;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Config, Params};
 use pellucid_sim::netlist::{Module, elaborate};
@@ -18,6 +20,8 @@ type Buffer = TBuffer<FreeList>;
 struct Broken {
     cfg: Config,
     stuck: bool,
+    /// It sees primitives.
+    primitives: bool,
     /// The windows of each run.
     runs: Mutex<Vec<Vec<Window>>>,
 }
@@ -28,6 +32,13 @@ impl Runnable for Broken {
     }
     fn arithmetic(&self) -> Arithmetic {
         Arithmetic::Blend
+    }
+    fn view(&self, source: &Source) -> Result<View, SourceError> {
+        if self.primitives {
+            View::new::<Primitive>(None, source)
+        } else {
+            View::new::<Fragment>(None, source)
+        }
     }
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {
         let mut bench = Bench::<Buffer>::new(self.cfg);
@@ -62,9 +73,9 @@ fn trial(stuck: bool, wave: bool) -> (Result<Trial, BenchError>, Vec<Vec<Window>
     let options = Options { width: Some(20), height: Some(15), ..Options::default() };
     let source = Source::open("glass", &options).unwrap();
     let cfg = Config::new(source.screen(), Params::default()).unwrap();
-    let machine = Broken { cfg, stuck, runs: Mutex::default() };
+    let machine = Broken { cfg, stuck, primitives: false, runs: Mutex::default() };
     let mut progress = Progress::new("", None, true);
-    let case = Case::new("glass", source, [Arithmetic::Blend], &mut progress).unwrap();
+    let case = Case::new("glass", source, &machine, &mut progress).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let job = WaveJob::new(&folder.path().join("wave.vcd"), &[Window::Cycles { from: 3, to: 5 }]);
     let trial = case.run("tbuffer", &machine, wave.then_some(&job), &mut progress);
@@ -91,4 +102,23 @@ fn nothing_is_played_twice_without_need() {
     let (right, runs, _) = trial(false, true);
     assert!(right.unwrap().verdict.is_right());
     assert_eq!(runs.len(), 1);
+}
+
+#[test]
+fn machines_of_one_view_share_what_the_golden_model_says() {
+    let options = Options { width: Some(20), height: Some(15), ..Options::default() };
+    let source = Source::open("glass", &options).unwrap();
+    let screen = source.screen();
+    let build = |arch| Architecture::named(arch).unwrap().build(screen, None, &[]).unwrap();
+    let (tbuffer, mbuffer) = (build("tbuffer"), build("mbuffer"));
+    let cfg = Config::new(screen, Params::default()).unwrap();
+    let other = Broken { cfg, stuck: false, primitives: true, runs: Mutex::default() };
+    let machines: [&dyn Runnable; 4] = [&*tbuffer, &other, &*mbuffer, &other];
+    let mut progress = Progress::new("", None, true);
+    let cases = Case::all("glass", source, &machines, &mut progress).unwrap();
+    let shared = |i: usize, k: usize| Arc::ptr_eq(&cases[i].reference, &cases[k].reference);
+    assert!(shared(0, 2) && shared(1, 3) && !shared(0, 1));
+    assert!(cases[0].reference.weighted.is_some() && cases[1].reference.weighted.is_none());
+    assert_eq!(cases[0].items, cases[0].reference.fragments);
+    assert_ne!(cases[1].items, cases[1].reference.fragments);
 }

@@ -16,7 +16,7 @@ pub fn preset(arch: &str, scene: &str, options: &Options, preset: &str) -> Tally
     let source = Source::open(scene, options).unwrap();
     let arch = Architecture::named(arch).unwrap();
     let machine = arch.build(source.screen(), Some(preset), &[]).unwrap();
-    let case = Case::new(scene, source, [machine.arithmetic()], &mut progress).unwrap();
+    let case = Case::new(scene, source, &*machine, &mut progress).unwrap();
     let trial = case.run(arch.name, &*machine, None, &mut progress);
     if trial.as_ref().map_or(true, |trial| !trial.verdict.is_right()) {
         let windows = DEFAULT_WINDOWS.into_iter().chain([Window::Failure]).collect::<Vec<_>>();
