@@ -4,8 +4,8 @@ use super::merging_unit::{Opaque, STAGES};
 use super::transparency::{Transparency, Watch};
 use super::{Composer, Config, Out, State};
 use crate::machine::{
-    Arithmetic, Census, Check, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports, Seen, Tally,
-    memory_tallies, seen, waits,
+    Arithmetic, Census, Check, Dealer, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports,
+    Seen, Tally, memory_tallies, seen, waits,
 };
 use crate::pixel::{Marked, Screen};
 use crate::primitive::Primitive;
@@ -71,6 +71,12 @@ impl<const N: usize, T: Transparency> Machine for Composer<N, T> {
     type Item = Primitive;
     type Monitor = ComposerMonitor<T>;
     const ARITHMETIC: Arithmetic = Arithmetic::Blend;
+
+    fn dealer(cfg: &Self::Config) -> Option<Dealer<Primitive>> {
+        let mut engines = cfg.distributor.distribution.engines(cfg.engines());
+        // Transparent ones have no turn.
+        Some(Box::new(move |item| if item.opaque { engines.engine(item) } else { 0 }))
+    }
 
     #[inline(always)]
     fn ports(out: &Self::Out) -> Ports {
