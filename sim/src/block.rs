@@ -273,6 +273,16 @@ mod tests {
     }
 
     #[test]
+    fn reset_forgets_what_a_memory_was_asked() {
+        let mut sim = Sim::<Careless>::new(());
+        sim.clock(false).unwrap();
+        sim.memories().table.read(0);
+        sim.reset();
+        sim.clock(false).unwrap();
+        assert!(!sim.memories().table.q().valid);
+    }
+
+    #[test]
     fn reset_restores_registers() {
         let mut sim = Sim::<Careless>::new(());
         sim.clock(false).unwrap();

@@ -166,3 +166,17 @@ pub fn join(a: &str, b: &str) -> String {
         _ => format!("{a}.{b}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_names_the_memory_if_it_has_a_name() {
+        let kind = FaultKind::PortUsedTwice("read");
+        let said =
+            |path: &str| Fault { path: path.into(), cycle: 7, kind: kind.clone() }.to_string();
+        assert_eq!(said("queue.outside"), "cycle 7: queue.outside: its read port was used twice");
+        assert_eq!(said(""), "cycle 7: its read port was used twice");
+    }
+}

@@ -162,7 +162,9 @@ combinational!(Wide, _cfg, i, {
     let wide = u64::from(i.a) << 40 | 1u64 << (i.b & 31);
     let narrow = (wide >> 38) as u8;
     let zeros = (wide & !1).trailing_zeros();
-    Out { y: zeros * 256 + u32::from(narrow), z: wide == 0x100_0000_0001 }
+    // Of a narrow number that is 0 there are as many as it has bits.
+    let few = narrow.trailing_zeros();
+    Out { y: (few << 16) + zeros * 256 + u32::from(narrow), z: wide == 0x100_0000_0001 }
 });
 
 /// A block that names things as Verilog does not allow, and feeds a sibling's output of the same cycle
@@ -230,6 +232,8 @@ struct SiblingsState {
     #[with(*cfg)]
     release: LeastState,
     always: bool,
+    /// Its name begins as that of a child does, to which it does not belong.
+    table_read: bool,
     #[width(bits_for(cfg.limit.into()))]
     begin: u32,
 }
@@ -260,6 +264,7 @@ impl Block for Siblings {
             table: Least::reset(cfg),
             release: Least::reset(cfg),
             always: true,
+            table_read: false,
             begin: 3,
         }
     }
@@ -277,7 +282,11 @@ impl Block for Siblings {
         let held = Least::moore(cfg, &q.release, &()).held;
         let word = Word { reg: i.a, wire: i.c };
         let to_table = LeastIn { offer: Stream { valid: held.valid, payload: word } };
-        let initial = Least::next(cfg, &q.table, &mut d.table, &mut (), to_table).least;
+        let initial = if i.v[0] == 0 {
+            held
+        } else {
+            Least::next(cfg, &q.table, &mut d.table, &mut (), to_table).least
+        };
         // Clocked only now and then, with what its sibling gives in this very cycle.
         let end = if i.operation != Operation::Keep {
             let to_release = LeastIn { offer: initial };
@@ -292,7 +301,8 @@ impl Block for Siblings {
             m.case.read(i.a);
             d.begin = q.begin ^ 1;
         }
-        d.always = i.c || !q.always;
+        d.always = i.c || !q.always || q.table_read;
+        d.table_read = q.always;
         SiblingsOut { output: end.least, module: m.case.q().data.reg }
     }
 }
@@ -457,6 +467,7 @@ impl<const TWICE: bool> Block for Careless<TWICE> {
             table: Least::reset(cfg),
             release: Least::reset(cfg),
             always: true,
+            table_read: false,
             begin: 3,
         }
     }

@@ -87,3 +87,18 @@ impl Config {
         bits_for(u64::from(self.screen.pixels()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_a_queue_outside_only_if_fragments_go_there() {
+        let screen = Screen { width: 4, height: 4, background: 0 };
+        let capacity = |overflow| {
+            let params = Params { queue: 10, outside_queue: 30, overflow, ..Params::default() };
+            Config::new(screen, params).unwrap().capacity()
+        };
+        assert_eq!((capacity(Overflow::Outside), capacity(Overflow::Replay)), (40, 10));
+    }
+}

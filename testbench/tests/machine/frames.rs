@@ -40,6 +40,8 @@ pub trait Tested:
     }
     /// What a closed form says of several frames.
     fn over_frames(check: &Check) -> OverFrames;
+    /// Fragments that resolve works on, one a cycle, and cycles of it without one.
+    fn resolved(tally: &Tally) -> [u64; 2];
 }
 
 /// What a closed form says of several frames.
@@ -427,6 +429,8 @@ macro_rules! properties {
                         let arithmetic = <$machine as Machine>::ARITHMETIC;
                         let verdict = Verdict::new(&all, arithmetic, &image, &run.tally, forms);
                         prop_assert!(verdict.is_right(), "{:?}", verdict.faults());
+                        let [worked, idle] = <$machine as Tested>::resolved(&run.tally);
+                        prop_assert_eq!(worked + idle, run.tally.cycles.resolve);
                         Ok(())
                     })?;
                 }

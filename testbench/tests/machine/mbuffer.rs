@@ -6,7 +6,7 @@ use crate::frames::{
 };
 use crate::presets::papers_frames_at_the_target_rate;
 use pellucid_hw::allocator::{Allocator, Chosen};
-use pellucid_hw::machine::Check;
+use pellucid_hw::machine::{Check, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
 use pellucid_hw::pixel::{Fragment, Screen};
@@ -24,6 +24,12 @@ impl<A: Allocator> Tested for MBuffer<A> {
     fn over_frames(check: &Check) -> OverFrames {
         let peak = check.what.starts_with("sections beyond");
         if peak { OverFrames::Max } else { OverFrames::Together }
+    }
+
+    fn resolved(tally: &Tally) -> [u64; 2] {
+        let [read, again, idle] =
+            ["fragments_read", "fragments_read_again", "array_idle"].map(|name| tally.figure(name));
+        [read + again, idle]
     }
 }
 

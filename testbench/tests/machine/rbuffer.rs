@@ -5,7 +5,7 @@ use crate::frames::{
     properties, screens, tried,
 };
 use crate::presets::preset;
-use pellucid_hw::machine::Check;
+use pellucid_hw::machine::{Check, Tally};
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config::{Config, Overflow, Params};
@@ -47,6 +47,10 @@ impl Tested for RBuffer {
             Some("most fragments in the queue") => OverFrames::Max,
             _ => OverFrames::Together,
         }
+    }
+
+    fn resolved(tally: &Tally) -> [u64; 2] {
+        ["popped", "queue_idle"].map(|name| tally.figure(name))
     }
 }
 
@@ -199,6 +203,23 @@ fn layer_by_layer_comes_out_in_few_rounds() {
         let again = (rounds - 1) * frame.len() as u64;
         assert_eq!(run.tally.figure("replayed"), again, "queue={queue}");
     }
+}
+
+/// Of 16 pixels the first 4 have as many fragments as half of the queue holds: the next band has 8.
+#[test]
+fn a_band_grows_if_just_half_of_the_queue_is_free() {
+    let screen = Screen { width: 16, height: 1, background: 0 };
+    let layers = [1, 1, 1, 1, 2, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1, 1];
+    let of_pixel = |(x, n): (u32, u32)| {
+        (0..n).map(move |k| Fragment { x, y: 0, z: k + 1, rgba: 0x80, label: Label::NONE })
+    };
+    let frame: Vec<Fragment> = (0..).zip(layers).flat_map(of_pixel).collect();
+    let params = Params { queue: 8, overflow: Overflow::Replay, ..Params::default() };
+    let setup = Setup::<RBuffer>::free(Config::new(screen, params).unwrap());
+    let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+    // 16 pixels have 15 fragments, 8 have 9: too many. Then come 4, 8 and 4 pixels, with 4, 7 and 4.
+    let counted = ["failed_rounds", "rounds"].map(|name| run.tally.figure(name));
+    assert_eq!(counted, [2, 5]);
 }
 
 /// One pixel among others has more fragments than the queue holds: in the round of its own the first ones

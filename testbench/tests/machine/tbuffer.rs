@@ -6,7 +6,7 @@ use crate::frames::{
 };
 use crate::presets::{assert_rate, papers_frames_at_the_target_rate};
 use pellucid_hw::allocator::{Allocator, Chosen};
-use pellucid_hw::machine::Check;
+use pellucid_hw::machine::{Check, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
@@ -24,6 +24,10 @@ impl<A: Allocator> Tested for TBuffer<A> {
     fn over_frames(check: &Check) -> OverFrames {
         let peak = check.what.starts_with("sections in use");
         if peak { OverFrames::Max } else { OverFrames::Together }
+    }
+
+    fn resolved(tally: &Tally) -> [u64; 2] {
+        [tally.fragments.blended, tally.figure("blender_idle")]
     }
 }
 
