@@ -116,3 +116,17 @@ impl Config {
         self.owned + self.shape.on_chip
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::tbuffer::config::Params;
+    use crate::test_util::{chains, screen};
+
+    #[test]
+    fn null_is_a_section_number_too() {
+        for (sections, bits) in [(1, 1), (2, 2), (3, 2), (4, 3), (7, 3), (8, 4), (64, 7)] {
+            let params = Params { sections, outside_sections: 0, ..Params::default() };
+            assert_eq!(chains(screen(2, 2), params).id_bits(), bits, "{sections} sections");
+        }
+    }
+}
