@@ -13,7 +13,9 @@
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
 //! | [`weights`] | weight factors in fixed point |
+//! | [`primitive`] | triangles that are set up for an edge walk |
 //! | [`tbuffer`], [`rbuffer`], [`mbuffer`] | the architectures of seed 000 |
+//! | [`composer`] | the image composition machine of seed 001 |
 
 pub mod allocator;
 pub mod bits;

@@ -136,13 +136,13 @@ pub trait Machine:
     fn ports(out: &Self::Out) -> Ports;
     /// The screen.
     fn screen(cfg: &Self::Config) -> Screen;
-    /// What a run must have counted, by the closed forms of the architecture's seed document, for a
-    /// frame of which every fragment found its place.
-    fn closed_forms(cfg: &Self::Config, tally: &Tally, census: &Census) -> Vec<Check>;
+    /// What a run must have counted, by the closed forms of the architecture's seed document, for
+    /// frames of which every fragment found its place.
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;
 }
 
 /// What is known of a frame without the machine.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// F: transparent fragments in front of the opaque depth at their arrival.
     pub stored: u64,
@@ -151,6 +151,24 @@ pub struct Census {
 }
 
 impl Census {
+    /// Several frames as one.
+    pub fn together(frames: &[Census]) -> Census {
+        let mut all = Census::default();
+        for Census { stored, histogram } in frames {
+            all.stored += stored;
+            all.histogram.resize(all.histogram.len().max(histogram.len()), 0);
+            for (sum, pixels) in all.histogram.iter_mut().zip(histogram) {
+                *sum += pixels;
+            }
+        }
+        all
+    }
+
+    /// For each number of fragments from 0 on: the pixels that have so many, and the number.
+    pub fn layers(&self) -> impl Iterator<Item = (u64, u64)> {
+        self.histogram.iter().copied().zip(0..)
+    }
+
     /// P: pixels with at least one fragment.
     pub fn pixels(&self) -> u64 {
         self.histogram.iter().skip(1).sum()

@@ -172,7 +172,7 @@ impl<B: Block> Clocked<B> {
     }
     /// One cycle; a misuse of a memory is an error.
     pub fn clock(&mut self, i: B::In) -> Result<B::Out, FaultKind> {
-        let q = self.q;
+        let q = self.q.clone();
         let out = B::next(&self.cfg, &q, &mut self.q, &mut self.mem, i);
         let mut fault = None;
         if self.mem.clock() {
@@ -341,6 +341,12 @@ pub fn object_engine(queue: u32) -> object_engine::Config {
     object_engine::Config { walker, queue }
 }
 
+/// Object-order engines for few pixels, with their merging units.
+pub fn merger(engines: u32, beta: u32) -> merger::Config<object_engine::Config> {
+    let raster = raster::Config { screen: screen(7, 5), beta };
+    merger::Config { shape: merger::Shape { engines, raster }, engine: object_engine(2) }
+}
+
 /// A scan-line engine for few pixels, one of several.
 pub fn scan_line(engines: u32, index: u32) -> scan_line::Config {
     let bucket_sort = bucket_sort::Config { screen: screen(7, 5), engines, index, capacity: 12 };
@@ -362,8 +368,21 @@ pub fn composer(engines: u32, scan_line_engines: u32) -> composer::Config<scan_l
             engines,
             distribution: Distribution::RoundRobin,
         },
-        engine: object_engine(2),
-        merger: merger::Config { engines, raster: transparency.raster },
+        merger: merger(engines, transparency.raster.beta),
         transparency,
     }
+}
+
+/// A fragment as a primitive that has just that pixel.
+pub fn point(fragment: Fragment) -> Primitive {
+    let Fragment { x, y, z, rgba, .. } = fragment;
+    let plane = |value: u32| [i64::from(value) << 16, 0, 0];
+    let (left, top) = (i64::from(x) * 256, i64::from(y) * 256);
+    let of = Triangle {
+        corners: [(left, top), (left + 500, top), (left, top + 500)],
+        z: plane(z),
+        colour: rgba.to_be_bytes().map(|channel| plane(channel.into())),
+        opaque: fragment.is_opaque(),
+    };
+    primitive(Screen { width: x + 1, height: y + 1, background: 0 }, &of)
 }

@@ -1,7 +1,7 @@
 //! The contract of a block, and the driver that clocks one.
 
 use crate::memory::{Fault, Memory};
-use crate::signals::Signals;
+use crate::signals::Registers;
 
 /// A piece of clocked hardware.
 ///
@@ -17,7 +17,7 @@ pub trait Block {
     /// Parameters, checked when they are made.
     type Config;
     /// Every register.
-    type State: Signals;
+    type State: Registers;
     /// Input ports.
     type In: Copy;
     /// Outputs that depend on registers (and read data) alone: every `ready` is one.
@@ -70,12 +70,12 @@ pub struct Cycle<'a, B: Block> {
 
 impl<B: Block> Sim<B>
 where
-    B::State: Signals<Config = B::Config>,
+    B::State: Registers<Config = B::Config>,
 {
     /// The block at power-up, in reset.
     pub fn new(cfg: B::Config) -> Sim<B> {
         let (q, mem) = (B::reset(&cfg), B::memories(&cfg));
-        Sim { cfg, q, d: q, mem, cycle: 0, at_fault: None }
+        Sim { cfg, d: q.clone(), q, mem, cycle: 0, at_fault: None }
     }
 
     /// One clock cycle with the inputs `i`; shows that cycle.
@@ -85,14 +85,14 @@ where
     /// builds) a register wider than declared or a word read before it was written.
     #[inline(always)]
     pub fn clock(&mut self, i: B::In) -> Result<Cycle<'_, B>, Fault> {
-        self.q = self.d;
+        self.q.follow(&self.d);
         let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
         if self.mem.clock() {
             self.at_fault = Some(out);
             return Err(self.fault());
         }
         if cfg!(debug_assertions)
-            && let Err(overflow) = self.d.check(&self.cfg)
+            && let Err(overflow) = Registers::check(&self.d, &self.cfg)
         {
             self.at_fault = Some(out);
             return Err(Fault::overflow(self.cycle, overflow));
@@ -123,7 +123,7 @@ where
     /// be, does as it would have done.
     pub fn forget_undeclared(&mut self) {
         let mut values = vec![];
-        self.d.sample(&self.cfg, &mut values);
+        Registers::sample(&self.d, &self.cfg, &mut values);
         self.d = B::State::restore(&self.cfg, &mut values.into_iter());
     }
 

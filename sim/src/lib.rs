@@ -76,8 +76,10 @@ pub use figures::{Figure, Figures};
 pub use label::Label;
 pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join};
 pub use netlist::Netlist;
-pub use pellucid_sim_derive::{Memory, Signals, rtl};
+pub use pellucid_sim_derive::{Memory, Registers, Signals, rtl};
 pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};
-pub use signals::{Declare, Kind, Overflow, Signals, Sink, States, bits_for, state_name, width_of};
+pub use signals::{
+    Declare, Kind, Overflow, Registers, Signals, Sink, States, bits_for, state_name, width_of,
+};
 pub use stream::{Handshake, Stream, StreamMonitor, Violation};
 pub use watchdog::{Deadlock, Wait, Watchdog};

@@ -73,6 +73,48 @@ pub trait Signals: Copy + Lift {
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
 }
 
+/// The registers of a block: signals, or a struct that holds lines of children too, which are as long as the
+/// configuration says. Derived for such a struct (`#[derive(Registers)]`); signals are registers as they are.
+pub trait Registers: Clone {
+    /// What the widths depend on.
+    type Config;
+    /// As [`Signals::declare`].
+    fn declare(cfg: &Self::Config, name: &str, to: &mut dyn Declare);
+    /// As [`Signals::sample`].
+    fn sample(&self, cfg: &Self::Config, to: &mut impl Sink);
+    /// As [`Signals::check`].
+    ///
+    /// # Errors
+    /// The first signal that does not fit.
+    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
+    /// As [`Signals::restore`].
+    fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
+    /// Takes the values of `from`, which is of the same configuration.
+    fn follow(&mut self, from: &Self);
+}
+
+impl<T: Signals> Registers for T {
+    type Config = <T as Signals>::Config;
+    fn declare(cfg: &<T as Signals>::Config, name: &str, to: &mut dyn Declare) {
+        <T as Signals>::declare(cfg, name, to);
+    }
+    #[inline(always)]
+    fn sample(&self, cfg: &<T as Signals>::Config, to: &mut impl Sink) {
+        Signals::sample(self, cfg, to);
+    }
+    #[inline(always)]
+    fn check(&self, cfg: &<T as Signals>::Config) -> Result<(), Overflow> {
+        Signals::check(self, cfg)
+    }
+    fn restore(cfg: &<T as Signals>::Config, from: &mut dyn Iterator<Item = u64>) -> T {
+        <T as Signals>::restore(cfg, from)
+    }
+    #[inline(always)]
+    fn follow(&mut self, from: &T) {
+        *self = *from;
+    }
+}
+
 /// A value that does not fit the width of its register.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overflow {
@@ -198,8 +240,7 @@ pub fn state_name<T: Signals<Config = ()>>(state: T) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::Signals;
+    use crate::{Declare, Kind, Signals, bits_for, state_name, width_of};
 
     struct Config {
         bits: u32,

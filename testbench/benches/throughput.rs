@@ -11,7 +11,7 @@ use pellucid_hw::params::Preset;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::rbuffer::{self, RBuffer};
 use pellucid_hw::tbuffer::{self, TBuffer};
-use pellucid_sim::Signals;
+use pellucid_sim::{Registers, Signals};
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::Golden;
 use pellucid_testbench::recorder::WaveJob;
@@ -56,7 +56,7 @@ fn cycles<M: Machine<Item = Fragment>>(
     wave: Option<&WaveJob>,
 ) -> u64
 where
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     if let Some(wave) = wave {
@@ -76,7 +76,7 @@ fn bench_cycles<M: Machine<Item = Fragment>>(
     machine: impl Fn(Screen) -> Bench<M>,
     wave: Option<&WaveJob>,
 ) where
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     let scene = open(scene, None, None);

@@ -9,7 +9,8 @@ use pellucid_hw::pixel::{Marked, Screen};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::netlist::Module;
 use pellucid_sim::{
-    Deadlock, Declare, Fault, Memory, Signals, Sim, StorageInfo, Stream, Violation, Watchdog,
+    Deadlock, Declare, Fault, Memory, Registers, Signals, Sim, StorageInfo, Stream, Violation,
+    Watchdog,
 };
 use pellucid_verilog::lockstep::Vectors;
 use pellucid_waveforms::StreamOf;
@@ -97,19 +98,19 @@ fn show<M: Machine>(
     cycle: Cycle<M>,
 ) -> Result<(), OutputError>
 where
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     wave.cycle(time, phase, |to| {
-        cycle.q.sample(cycle.cfg, to);
-        cycle.out.sample(cycle.cfg, to);
+        Registers::sample(cycle.q, cycle.cfg, to);
+        Signals::sample(&cycle.out, cycle.cfg, to);
     })
 }
 
 /// See the module's description.
 pub struct Bench<M: Machine>
 where
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     sim: Sim<M>,
@@ -133,7 +134,7 @@ where
 
 impl<M: Machine> Bench<M>
 where
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     /// A machine at power-up.
@@ -172,8 +173,8 @@ where
         let streams = streams.map(|s| StreamOf { name: s.name.into(), to: s.to.into() }).collect();
         let (cfg, memories) = self.sim.parts();
         let declare = |to: &mut dyn Declare| {
-            M::State::declare(cfg, "registers", to);
-            M::Out::declare(cfg, "wires", to);
+            <M::State as Registers>::declare(cfg, "registers", to);
+            <M::Out as Signals>::declare(cfg, "wires", to);
         };
         self.wave = Some(Recorder::new(job, scope, streams, declare, memories)?);
         Ok(())
@@ -228,7 +229,8 @@ where
         let cycle = self.sim.clock(frame)?;
         // A cycle with a fault is shown before it is told of.
         let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
-        let fits = if cfg!(debug_assertions) { cycle.out.check(cycle.cfg) } else { Ok(()) };
+        let fits =
+            if cfg!(debug_assertions) { Signals::check(&cycle.out, cycle.cfg) } else { Ok(()) };
         let ports = M::ports(&cycle.out);
         self.replay = ports.replay;
         if ports.phase != self.phase {
@@ -301,14 +303,24 @@ where
         wave.failure(time, &what)
     }
 
-    /// Sends one item, for as many cycles as that takes.
+    /// Sends one item, for as many cycles as that takes. A cycle is a whole machine: one copy of its code serves all
+    /// who send.
     ///
     /// # Errors
     /// See [`BenchError`].
-    #[inline(always)]
+    #[inline(never)]
     pub fn send(&mut self, item: Marked<M::Item>) -> Result<(), BenchError> {
         while !self.step(Stream::offer(item))? {}
         Ok(())
+    }
+
+    /// One cycle in which nothing is offered; whether something would have been taken.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    #[inline(never)]
+    pub fn pause(&mut self) -> Result<bool, BenchError> {
+        self.step(Stream::idle())
     }
 
     /// Sends a frame as often as the machine asks for it: `play` sends its items, the same each time.
@@ -326,7 +338,7 @@ where
                 return Ok(());
             }
             // It opens for the same frame again, or for the next one.
-            while !self.step(Stream::idle())? {}
+            while !self.pause()? {}
             if !self.replay {
                 return Ok(());
             }

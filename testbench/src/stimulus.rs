@@ -4,7 +4,7 @@ use crate::bench::{Bench, BenchError};
 use crate::source::{Played, Source};
 use pellucid_hw::machine::Machine;
 use pellucid_hw::pixel::Marked;
-use pellucid_sim::{Signals, Stream};
+use pellucid_sim::{Registers, Signals};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Stimulus {
     pub fn play<M>(self, bench: &mut Bench<M>, source: &Source) -> Result<(), BenchError>
     where
         M: Machine<Item: Played>,
-        M::State: Signals<Config = M::Config>,
+        M::State: Registers<Config = M::Config>,
         M::Out: Signals<Config = M::Config>,
     {
         if self == Stimulus::Plain {
@@ -51,7 +51,7 @@ impl Stimulus {
         let mut send = |bench: &mut Bench<M>, item| {
             sent += 1;
             if chosen(sent, SOURCE_LATE) {
-                bench.step(Stream::idle())?;
+                bench.pause()?;
             }
             bench.send(Marked::item(item))
         };

@@ -13,7 +13,7 @@ use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
 use pellucid_sim::netlist::{Evaluator, elaborate};
-use pellucid_sim::{Label, Signals, Sim, Stream};
+use pellucid_sim::{Label, Registers, Sim, Stream};
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -139,7 +139,7 @@ fn passes(folder: &Path, run: &Output) {
 fn compare_with_evaluator<M: Machine<Item = Fragment>>(cfg: M::Config)
 where
     M::Config: Copy,
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
 {
     let mut evaluator = Evaluator::new(&elaborate::<M>(&cfg));
     let mut sim = Sim::<M>::new(cfg);

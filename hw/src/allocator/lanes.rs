@@ -34,7 +34,7 @@
 use super::Hierarchical;
 use super::hierarchical::{self, LATENCY};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Memory, Registers, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +94,7 @@ pub struct Moore {
 /// A block that keeps the contract of an allocator with lanes. Whether it does is a matter of tests: see
 /// `pellucid-properties`.
 pub trait Contract:
-    Block<Config = Config, In = In, Moore = Moore, Out = (), State: Signals<Config = Config>>
+    Block<Config = Config, In = In, Moore = Moore, Out = (), State: Registers<Config = Config>>
 {
     /// The most sections that it can have.
     const MOST: u32 = u32::MAX;

@@ -43,7 +43,7 @@ pub use threaded::Threaded;
 
 use crate::choice;
 use crate::params::ParamError;
-use pellucid_sim::{Block, Netlist, Signals, Stream, bits_for};
+use pellucid_sim::{Block, Netlist, Registers, Signals, Stream, bits_for};
 
 choice! {
     /// Which allocator hands out sections.
@@ -149,7 +149,7 @@ pub enum Reuse {
 
 /// A block that keeps the contract above. Whether it does is a matter of tests: see `pellucid-properties`.
 pub trait Contract:
-    Block<Config = Config, In = In, Moore = Moore, Out = Lent, State: Signals<Config = Config>>
+    Block<Config = Config, In = In, Moore = Moore, Out = Lent, State: Registers<Config = Config>>
 {
     /// When what was given back can be granted again.
     const REUSE: Reuse = Reuse::Each;

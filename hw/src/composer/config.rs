@@ -8,9 +8,9 @@ use crate::primitive::Primitive;
 use crate::{choice, parameters, sorter};
 
 /// The most object-order engines.
-pub const MAX_ENGINES: usize = 1024;
+const MAX_ENGINES: u32 = 1024;
 /// The most scan-line engines.
-pub const MAX_SCAN_LINE_ENGINES: usize = 64;
+const MAX_SCAN_LINE_ENGINES: u32 = 64;
 /// Pixels that all local frame buffers together may have: what a simulation can hold in memory.
 const MAX_LOCAL_PIXELS: u64 = 1 << 29;
 
@@ -56,9 +56,9 @@ parameters! {
     /// What a user chooses.
     pub struct Params {
         /// Object-order engines, each with its merging unit (n).
-        engines: u32 = 16, "engines", 1..=MAX_ENGINES as u32;
+        engines: u32 = 16, "engines", 1..=MAX_ENGINES;
         /// Scan-line engines (r); each has every r-th line.
-        scan_line_engines: u32 = 1, "engines", 1..=MAX_SCAN_LINE_ENGINES as u32;
+        scan_line_engines: u32 = 1, "engines", 1..=MAX_SCAN_LINE_ENGINES;
         /// Overhead after each scan line, in the merger and where results are collected.
         beta: u32 = 20, "cycles", 0..=1023;
         /// Which object-order engine an opaque primitive goes to.
@@ -135,8 +135,10 @@ impl Config {
         };
         Ok(Config {
             distributor: distributor::Config { screen, engines, distribution: params.distribution },
-            engine: object_engine::Config { walker, queue: params.primitive_queue },
-            merger: merger::Config { engines, raster },
+            merger: merger::Config {
+                shape: merger::Shape { engines, raster },
+                engine: object_engine::Config { walker, queue: params.primitive_queue },
+            },
             transparency: scan_lines::Config {
                 engines: scan_line_engines,
                 engine: scan_line::Config {

@@ -14,17 +14,17 @@
 use super::config::Distribution;
 use crate::pixel::{Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{Block, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Registers, Signals, Stream, bits_for, rtl};
 
-/// See the module's description. `N` is the most engines that there can be.
-pub struct Distributor<const N: usize>;
+/// See the module's description.
+pub struct Distributor;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     /// The screen.
     pub screen: Screen,
-    /// Object-order engines, 1..=N.
+    /// Object-order engines, at least 1.
     pub engines: u32,
     /// Which of them a primitive goes to.
     pub distribution: Distribution,
@@ -49,8 +49,8 @@ impl Config {
 }
 
 /// Registers.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct State<const N: usize> {
+#[derive(Clone, Debug, Registers)]
+pub struct State {
     /// What came, and goes on to whom it is for.
     #[with(cfg.screen)]
     pub item: Stream<Marked<Primitive>>,
@@ -60,7 +60,7 @@ pub struct State<const N: usize> {
     /// Pixels that each engine has to draw.
     #[width(LOAD_BITS)]
     #[len(cfg.loads())]
-    pub loads: [u32; N],
+    pub loads: Vec<u32>,
 }
 
 /// Inputs.
@@ -95,29 +95,29 @@ pub struct Out {
 
 #[rtl(
     output = (),
-    check(Distributor<4>, Config {
+    check(Distributor, Config {
         screen: crate::test_util::screen(7, 5), engines: 3, distribution: Distribution::RoundRobin
     }),
-    check(Distributor<4>, Config {
+    check(Distributor, Config {
         screen: crate::test_util::screen(7, 5), engines: 4, distribution: Distribution::Area
     })
 )]
-impl<const N: usize> Block for Distributor<N> {
+impl Block for Distributor {
     type Config = Config;
-    type State = State<N>;
+    type State = State;
     type In = In;
     type Moore = Moore;
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Config) -> State<N> {
-        State { item: Stream::idle(), turn: 0, loads: [0; N] }
+    fn reset(cfg: &Config) -> State {
+        State { item: Stream::idle(), turn: 0, loads: vec![0; cfg.loads() as usize] }
     }
 
     fn memories(_: &Config) {}
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State<N>, (): &()) -> Moore {
+    fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let Marked { end, item } = q.item.payload;
         let mut engine = q.turn;
         if cfg.by_area() {
@@ -134,7 +134,7 @@ impl<const N: usize> Block for Distributor<N> {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State<N>, d: &mut State<N>, (): &mut (), i: In) -> Out {
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let Moore { to_engine, engine, .. } = Self::moore(cfg, q, &());
         let Marked { end, item } = q.item.payload;
         let goes = q.item.valid && i.taken;
@@ -179,7 +179,7 @@ mod tests {
             area: area.unwrap_or(9),
             ..Primitive::default()
         };
-        let mut sim = Sim::<Distributor<4>>::new(cfg);
+        let mut sim = Sim::<Distributor>::new(cfg);
         let mut seen = vec![];
         for area in areas {
             let primitive = Stream::offer(Marked::item(primitive(area)));
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn what_is_not_taken_waits() {
-        let mut sim = Sim::<Distributor<4>>::new(config(Distribution::RoundRobin));
+        let mut sim = Sim::<Distributor>::new(config(Distribution::RoundRobin));
         let offer = |area| {
             Stream::offer(Marked::item(Primitive { area, opaque: true, ..Primitive::default() }))
         };

@@ -2,15 +2,13 @@
 //! once, their images merged, and the transparent primitives added to the result.
 //!
 //! ```text
-//!                               +--------------+ local images +--------+ merged +--------------+
-//!                  opaque +---->| ObjectEngine |------------->| Merger |------->| Transparency |--> image
-//!               +-------------+ +--------------+              |        |        |              |
-//!  primitive -->| Distributor | | ObjectEngine |------------->|        |        |              |
-//!               +-------------+ +--------------+              |        |        |              |
-//!             transparent |     | ...          |------------->|        |        |              |
-//!                         |     +--------------+              +--------+        |              |
-//!                         +---------------------------------------------------->|              |
-//!                                                                               +--------------+
+//!                                 +---------------------------+
+//!                          opaque | Merger: object-order      | merged
+//!               +-------------+-->| engines, each with its    |------->+--------------+
+//!  primitive -->| Distributor |   | merging unit              |        | Transparency |--> image
+//!               +-------------+   +---------------------------+   +--->|              |
+//!                          | transparent                          |    +--------------+
+//!                          +--------------------------------------+
 //! ```
 //! Three frames are in flight: the primitives of one come in, are drawn or sorted into buckets; the images
 //! of the one before are merged and its transparent primitives added; the one before that is shown. When the
@@ -35,24 +33,21 @@ use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
 use distributor::Distributor;
 use merger::Merger;
-use merging_unit::Opaque;
 use object_engine::ObjectEngine;
-use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, rtl};
+use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, rtl};
 use std::marker::PhantomData;
 use transparency::Transparency;
 
-/// The image composition machine with at most `N` object-order engines and `T` behind its merger.
-pub struct Composer<const N: usize, T>(PhantomData<T>);
+/// The image composition machine with `T` behind its merger.
+pub struct Composer<T>(PhantomData<T>);
 
 /// Parameters, checked: see [`config`].
 #[derive(Clone, Copy, Debug)]
 pub struct Config<C> {
     /// Who gets a primitive.
     pub distributor: distributor::Config,
-    /// Each object-order engine.
-    pub engine: object_engine::Config,
-    /// The image merger.
-    pub merger: merger::Config,
+    /// The object-order engines with the image merger.
+    pub merger: merger::Config<object_engine::Config>,
     /// What stands behind it.
     pub transparency: C,
 }
@@ -60,18 +55,18 @@ pub struct Config<C> {
 impl<C> Config<C> {
     /// The screen.
     pub fn screen(&self) -> &Screen {
-        &self.merger.raster.screen
+        self.merger.shape.screen()
     }
     /// Object-order engines.
     pub fn engines(&self) -> u32 {
-        self.merger.engines
+        self.merger.shape.engines
     }
 }
 
 /// Registers.
-#[derive(Clone, Copy, Signals)]
+#[derive(Clone, Registers)]
 #[signals(Config<T::Config>)]
-pub struct State<const N: usize, T: Transparency> {
+pub struct State<T: Transparency> {
     /// The pixel that is cleared next, after reset.
     #[with(cfg.screen().pixel_bits())]
     pub clear: Stream<u32>,
@@ -81,14 +76,10 @@ pub struct State<const N: usize, T: Transparency> {
     pub ended: bool,
     /// See [`distributor`].
     #[with(cfg.distributor)]
-    pub distributor: distributor::State<N>,
-    /// The object-order engines.
-    #[with(cfg.engine)]
-    #[len(cfg.engines())]
-    pub engines: [object_engine::State; N],
+    pub distributor: distributor::State,
     /// See [`merger`].
     #[with(cfg.merger)]
-    pub merger: merger::State<N>,
+    pub merger: merger::State<ObjectEngine>,
     /// What stands behind it.
     #[with(cfg.transparency)]
     pub transparency: T::State,
@@ -97,7 +88,7 @@ pub struct State<const N: usize, T: Transparency> {
 /// What can be seen of the machine in a cycle.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Config<T::Config>)]
-pub struct Out<const N: usize, T: Transparency> {
+pub struct Out<T: Transparency> {
     /// What the machine is at.
     pub phase: Phase,
     /// Primitives come in, then the end of the frame.
@@ -106,20 +97,16 @@ pub struct Out<const N: usize, T: Transparency> {
     /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
     #[with(COLOUR_BITS)]
     pub image: Handshake<u32>,
-    /// The merged opaque image.
-    pub merged: Handshake<Opaque>,
-    /// What each object-order engine did.
-    #[len(cfg.engines())]
-    pub engines: [object_engine::Out; N],
-    /// What was done behind the merger.
+    /// What the engines and the merger did.
+    #[with(cfg.merger.shape)]
+    pub merger: merger::Out,
+    /// What was done behind them.
     #[with(cfg.transparency)]
     pub transparency: T::Out,
     /// A frame is being drawn and sorted.
     pub draws: bool,
     /// A frame is being merged.
     pub merges: bool,
-    /// A line of it is complete.
-    pub line_merged: bool,
     /// A frame is being composed.
     pub composes: bool,
     /// An image is being shown.
@@ -131,71 +118,58 @@ pub struct Out<const N: usize, T: Transparency> {
 /// Memories.
 #[derive(Memory)]
 pub struct Mem<T: Transparency> {
-    /// The object-order engines.
-    pub engines: Vec<object_engine::Mem>,
-    /// What stands behind the merger.
+    /// See [`merger`].
+    pub merger: merger::Mem<ObjectEngine>,
+    /// What stands behind it.
     pub transparency: T::Mem,
 }
 
 #[rtl(
     name = "composer",
     input = *cfg.screen(),
-    check(Composer<2, scan_lines::ScanLines<2>>, crate::test_util::composer(1, 1)),
-    check(Composer<4, scan_lines::ScanLines<2>>, crate::test_util::composer(3, 2))
+    check(Composer<scan_lines::ScanLines>, crate::test_util::composer(1, 1)),
+    check(Composer<scan_lines::ScanLines>, crate::test_util::composer(3, 2))
 )]
-impl<const N: usize, T: Transparency> Block for Composer<N, T> {
+impl<T: Transparency> Block for Composer<T> {
     type Config = Config<T::Config>;
-    type State = State<N, T>;
+    type State = State<T>;
     type In = PrimitiveFrame;
     type Moore = ();
-    type Out = Out<N, T>;
+    type Out = Out<T>;
     type Mem = Mem<T>;
 
-    fn reset(cfg: &Self::Config) -> State<N, T> {
+    fn reset(cfg: &Self::Config) -> State<T> {
         State {
             clear: Stream::offer(0),
             begun: false,
             ended: false,
             distributor: Distributor::reset(&cfg.distributor),
-            engines: [ObjectEngine::reset(&cfg.engine); N],
-            merger: Merger::reset(&cfg.merger),
+            merger: Merger::<ObjectEngine>::reset(&cfg.merger),
             transparency: T::reset(&cfg.transparency),
         }
     }
 
     fn memories(cfg: &Self::Config) -> Mem<T> {
         Mem {
-            engines: (0..cfg.engines()).map(|_| ObjectEngine::memories(&cfg.engine)).collect(),
+            merger: Merger::<ObjectEngine>::memories(&cfg.merger),
             transparency: T::memories(&cfg.transparency),
         }
     }
 
-    fn moore(_: &Self::Config, _: &State<N, T>, _: &Self::Mem) {}
+    fn moore(_: &Self::Config, _: &State<T>, _: &Self::Mem) {}
 
     #[inline(never)]
     fn next(
         cfg: &Self::Config,
-        q: &State<N, T>,
-        d: &mut State<N, T>,
+        q: &State<T>,
+        d: &mut State<T>,
         m: &mut Self::Mem,
         i: PrimitiveFrame,
-    ) -> Out<N, T> {
+    ) -> Out<T> {
         // What every block shows before its inputs are known.
-        let given = Distributor::<N>::moore(&cfg.distributor, &q.distributor, &());
+        let given = Distributor::moore(&cfg.distributor, &q.distributor, &());
         let behind = T::moore(&cfg.transparency, &q.transparency, &m.transparency);
-        let merger = Merger::<N>::moore(&cfg.merger, &q.merger, &());
-        let mut local = [Opaque::default(); N];
-        let (mut all_ready, mut all_done, mut engine_ready) = (behind.ready, true, false);
-        for k in 0..cfg.engines() {
-            let engine =
-                ObjectEngine::moore(&cfg.engine, &q.engines[k as usize], &m.engines[k as usize]);
-            local[k as usize] = engine.local;
-            all_ready &= engine.ready;
-            all_done &= engine.done;
-            if given.engine == k {
-                engine_ready = engine.ready;
-            }
-        }
+        let merger = Merger::<ObjectEngine>::moore(&cfg.merger, &q.merger, &m.merger);
 
         // After reset all memories are cleared, a pixel a cycle.
         let clears = q.clear.valid;
@@ -205,23 +179,35 @@ impl<const N: usize, T: Transparency> Block for Composer<N, T> {
         }
 
         // From frame to frame.
-        let swap = q.ended && all_done && behind.sorted && !behind.busy && !merger.busy;
+        let swap = q.ended && merger.done && behind.sorted && !behind.busy && !merger.busy;
 
-        // Primitives to whom they are for, until the end of the frame.
+        // Primitives to whom they are for, until the end of the frame, which all take at once.
         let Marked { end, .. } = given.item.payload;
-        let ready = if end {
-            all_ready
-        } else if given.to_engine {
-            engine_ready
-        } else {
-            behind.ready
+        let offered = given.item.valid && !q.ended;
+        let to_merger = merger::In {
+            primitive: Stream {
+                valid: offered && (given.to_engine || (end && behind.ready)),
+                payload: given.item.payload,
+            },
+            engine: given.engine,
+            swap,
+            clear: q.clear,
+            merged_ready: behind.merged_ready,
         };
-        let goes = given.item.valid && ready && !q.ended;
+        let merged = Merger::<ObjectEngine>::next(
+            &cfg.merger,
+            &q.merger,
+            &mut d.merger,
+            &mut m.merger,
+            to_merger,
+        );
+        let transparent = offered && !end && !given.to_engine && behind.ready;
+        let goes = merged.taken || transparent;
         let to_distributor = distributor::In {
             primitive: Stream { valid: i.primitive.valid && !clears, payload: i.primitive.payload },
-            taken: ready && !q.ended,
+            taken: goes,
         };
-        let distributed = Distributor::<N>::next(
+        let distributed = Distributor::next(
             &cfg.distributor,
             &q.distributor,
             &mut d.distributor,
@@ -231,35 +217,8 @@ impl<const N: usize, T: Transparency> Block for Composer<N, T> {
         d.begun = (q.begun && !swap) || goes;
         d.ended = (q.ended && !swap) || (goes && end);
 
-        // The images of the frame before are merged.
-        let to_merger = merger::In { start: swap, local, merged_ready: behind.merged_ready };
-        let merged = Merger::<N>::next(&cfg.merger, &q.merger, &mut d.merger, &mut (), to_merger);
-
-        // The engines draw.
-        let mut engines = [object_engine::Out::default(); N];
-        for k in 0..cfg.engines() {
-            let own = end || (given.to_engine && given.engine == k);
-            let to_engine = object_engine::In {
-                primitive: Stream { valid: goes && own, payload: given.item.payload },
-                read: merged.read[k as usize],
-                wipe: merged.wipe[k as usize],
-                clear: q.clear,
-                swap,
-            };
-            engines[k as usize] = ObjectEngine::next(
-                &cfg.engine,
-                &q.engines[k as usize],
-                &mut d.engines[k as usize],
-                &mut m.engines[k as usize],
-                to_engine,
-            );
-        }
-
         let to_transparency = transparency::In {
-            primitive: Stream {
-                valid: goes && (end || !given.to_engine),
-                payload: given.item.payload,
-            },
+            primitive: Stream { valid: transparent || (goes && end), payload: given.item.payload },
             swap,
             merged: Stream {
                 valid: merged.merged.valid && merged.merged.ready,
@@ -293,12 +252,10 @@ impl<const N: usize, T: Transparency> Block for Composer<N, T> {
             phase,
             primitive: i.primitive.with(distributed.ready && !clears),
             image: behind.image.with(i.image_ready),
-            merged: merged.merged,
-            engines,
+            merger: merged,
             transparency,
             draws,
             merges: merger.busy,
-            line_merged: merged.line_done,
             composes,
             shows: behind.shows,
             swap,

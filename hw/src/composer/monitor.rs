@@ -2,7 +2,7 @@
 
 use super::merging_unit::{Opaque, STAGES};
 use super::transparency::{Transparency, Watch};
-use super::{Composer, Config, Out, State};
+use super::{Composer, Config, Out, State, object_engine};
 use crate::machine::{
     Arithmetic, Census, Check, Dealer, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports,
     Seen, Tally, memory_tallies, seen, waits,
@@ -67,7 +67,7 @@ impl<T: Transparency> ComposerMonitor<T> {
     }
 }
 
-impl<const N: usize, T: Transparency> Machine for Composer<N, T> {
+impl<T: Transparency> Machine for Composer<T> {
     type Item = Primitive;
     type Monitor = ComposerMonitor<T>;
     const ARITHMETIC: Arithmetic = Arithmetic::Blend;
@@ -87,15 +87,15 @@ impl<const N: usize, T: Transparency> Machine for Composer<N, T> {
         *cfg.screen()
     }
 
-    fn closed_forms(cfg: &Self::Config, tally: &Tally, _: &Census) -> Vec<Check> {
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         let Screen { width, height, .. } = *cfg.screen();
-        let line = u64::from(width + cfg.merger.raster.beta);
+        let line = u64::from(width + cfg.merger.shape.raster.beta);
         let through = u64::from(STAGES * cfg.engines());
         let frame = line * u64::from(height) + through;
         vec![
             Check {
                 what: "cycles of merging, (v + beta) * w + 4 * n for each frame",
-                expected: tally.figure("frames") * frame,
+                expected: frames.len() as u64 * frame,
                 found: tally.figure("merge"),
             },
             Check {
@@ -112,7 +112,7 @@ impl<const N: usize, T: Transparency> Machine for Composer<N, T> {
     }
 }
 
-impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonitor<T> {
+impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
     fn new(cfg: &Config<T::Config>) -> ComposerMonitor<T> {
         ComposerMonitor {
             phases: PhaseCounts::default(),
@@ -135,8 +135,8 @@ impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonito
     fn observe(
         &mut self,
         cfg: &Config<T::Config>,
-        q: &State<N, T>,
-        o: &Out<N, T>,
+        q: &State<T>,
+        o: &Out<T>,
     ) -> Result<(), Violation> {
         self.phases.observe(o.phase, o.primitive.fires(), o.shows);
         self.image.observe(o.image)?;
@@ -144,23 +144,22 @@ impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonito
             return Ok(());
         }
         self.primitive.observe(o.primitive)?;
-        self.merged.observe(o.merged)?;
+        self.merged.observe(o.merger.merged)?;
         self.behind.observe(&cfg.transparency, &q.transparency, &o.transparency)?;
         self.cycles.draw += u64::from(o.draws);
         self.cycles.merge += u64::from(o.merges);
         self.cycles.compose += u64::from(o.composes);
+        self.drawn += u64::from(o.merger.drawn);
+        self.hidden += u64::from(o.merger.hidden);
         let mut queued = 0;
-        for (k, work) in self.work.iter_mut().enumerate() {
-            let engine = &o.engines[k];
-            *work += u64::from(engine.works);
-            self.drawn += u64::from(engine.drawn);
-            self.hidden += u64::from(engine.hidden);
-            queued += u64::from(q.engines[k].queue.count);
+        for (engine, work) in q.merger.engines.iter().zip(&mut self.work) {
+            *work += u64::from(object_engine::works(engine));
+            queued += u64::from(engine.queue.count);
         }
         self.queued = self.queued.max(queued);
         if let Some(cycles) = &mut self.first_line {
             *cycles += 1;
-            if o.line_merged {
+            if o.merger.line_done {
                 self.until_first_line = *cycles;
                 self.first_line = None;
             }
@@ -177,7 +176,7 @@ impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonito
         streams + self.drawn + self.hidden + self.cycles.merge
     }
 
-    fn deadlock(&self, cycle: u64, idle: u64, q: &State<N, T>) -> Deadlock {
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State<T>) -> Deadlock {
         let at = if q.begun { Phase::Store } else { Phase::Idle };
         let state = |block: &str| {
             T::Monitor::state(block, &q.transparency).unwrap_or_else(|| state_name(at))
@@ -189,7 +188,7 @@ impl<const N: usize, T: Transparency> Monitor<Composer<N, T>> for ComposerMonito
         let memories = together(memories);
         let peak_words = |name: &str, words| match name.strip_prefix("transparency.") {
             Some(name) => self.behind.peak_words(name).unwrap_or(words),
-            None if name == "engines.queue" => self.queued,
+            None if name == "merger.engines.queue" => self.queued,
             None => words,
         };
         let own = Own {

@@ -19,9 +19,12 @@ use crate::depth_test::{self, DepthTest};
 use crate::frame_buffer::{self, FrameBuffer};
 use crate::pixel::{Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{Block, Fifo, Memory, ReadPort, Signals, Stream, WritePort, fifo, rtl};
+use pellucid_sim::{
+    Block, Fifo, Memory, Netlist, ReadPort, Registers, Signals, Stream, WritePort, fifo, rtl,
+};
 
 /// See the module's description.
+#[derive(Clone, Copy, Debug)]
 pub struct ObjectEngine;
 
 /// Parameters.
@@ -63,18 +66,19 @@ pub struct State {
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
 pub struct In {
     /// Opaque primitives, then the end of the frame.
-    #[with(*cfg.screen())]
+    #[with(*cfg)]
     pub primitive: Stream<Marked<Primitive>>,
     /// Reads a pixel of the back bank.
-    #[with(cfg.screen().pixel_bits())]
+    #[with(cfg.pixel_bits())]
     pub read: ReadPort,
     /// Wipes a pixel of the back bank.
-    #[with(cfg.screen().pixel_bits())]
+    #[with(cfg.pixel_bits())]
     pub wipe: Stream<u32>,
     /// Wipes a pixel of both banks, after reset.
-    #[with(cfg.screen().pixel_bits())]
+    #[with(cfg.pixel_bits())]
     pub clear: Stream<u32>,
     /// The banks change places on the coming edge, and the next frame may come. Only while `done`.
     pub swap: bool,
@@ -94,13 +98,32 @@ pub struct Moore {
 /// Outputs.
 #[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
-    /// It has something to do.
-    pub works: bool,
     /// A fragment is drawn.
     pub drawn: bool,
     /// A fragment is hidden.
     pub hidden: bool,
 }
+
+/// Whether an engine has something to draw.
+pub fn works(q: &State) -> bool {
+    let walker = &q.walker;
+    q.queue.count > 0 || walker.next.valid || walker.rows.valid || walker.walk.valid
+}
+
+/// An engine that draws into a frame buffer of its own.
+pub trait Engine:
+    Netlist<
+        Config: Copy,
+        State: Registers<Config = Self::Config>,
+        In = In,
+        Moore = Moore,
+        Out = Out,
+    > + Copy
+    + 'static
+{
+}
+
+impl Engine for ObjectEngine {}
 
 /// Memories.
 #[derive(Memory)]
@@ -115,7 +138,12 @@ pub struct Mem {
 
 type Queue = Fifo<Marked<Primitive>>;
 
-#[rtl(moore = (), output = (), check(ObjectEngine, crate::test_util::object_engine(2)))]
+#[rtl(
+    input = cfg.walker.screen,
+    moore = (),
+    output = (),
+    check(ObjectEngine, crate::test_util::object_engine(2))
+)]
 impl Block for ObjectEngine {
     type Config = Config;
     type State = State;
@@ -188,11 +216,7 @@ impl Block for ObjectEngine {
         };
         FrameBuffer::next(cfg.screen(), &q.local, &mut d.local, &mut m.local, to_local);
 
-        Out {
-            works: queued.front.valid || walked.works || test.drawn || test.hidden,
-            drawn: test.drawn,
-            hidden: test.hidden,
-        }
+        Out { drawn: test.drawn, hidden: test.hidden }
     }
 }
 

@@ -19,16 +19,18 @@ use super::scan_line::{self, ScanLine};
 use super::transparency::{In, Moore};
 use crate::pixel::{COLOUR_BITS, Screen};
 use crate::scanout::{self, Scanout};
-use pellucid_sim::{Block, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{
+    Block, Memory, Ram1R1W, ReadDuringWrite, Registers, Signals, Stream, bits_for, rtl,
+};
 
-/// See the module's description. `R` is the most engines that there can be.
+/// See the module's description.
 #[derive(Clone, Copy, Debug)]
-pub struct ScanLines<const R: usize>;
+pub struct ScanLines;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
-    /// Scan-line engines, 1..=R and at most the rows of the screen.
+    /// Scan-line engines, at least 1 and at most the rows of the screen.
     pub engines: u32,
     /// The first of them.
     pub engine: scan_line::Config,
@@ -40,13 +42,19 @@ impl Config {
     fn screen(&self) -> &Screen {
         &self.raster.screen
     }
+    fn count_bits(&self) -> u32 {
+        bits_for(u64::from(self.engines))
+    }
+    fn lost_bits(&self) -> u32 {
+        bits_for(u64::from(self.engines) * u64::from(self.screen().width))
+    }
     fn engine_bits(&self) -> u32 {
         bits_for(u64::from(self.engines - 1))
     }
-    /// The engine of that number, or the last one.
+    /// The engine of that number.
     pub fn engine(&self, index: u32) -> scan_line::Config {
         let mut engine = self.engine;
-        engine.bucket_sort.index = index.min(self.engines - 1);
+        engine.bucket_sort.index = index;
         engine
     }
 }
@@ -59,15 +67,15 @@ fn after(cfg: &Config, turn: u32) -> u32 {
 }
 
 /// Registers.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct State<const R: usize> {
+#[derive(Clone, Debug, Registers)]
+pub struct State {
     /// The engine that has the line that is being merged.
     #[width(cfg.engine_bits())]
     pub merges: u32,
     /// The engines.
     #[with(cfg.engine(k as u32))]
     #[len(cfg.engines)]
-    pub engines: [scan_line::State; R],
+    pub engines: Vec<scan_line::State>,
     /// Results on their way to the frame buffer.
     #[with(cfg.raster)]
     pub collect: raster::State,
@@ -90,11 +98,19 @@ pub struct State<const R: usize> {
 
 /// Outputs.
 #[derive(Clone, Copy, Debug, Signals)]
-pub struct Out<const R: usize> {
-    /// What each engine did.
-    #[with(cfg.engine(k as u32))]
-    #[len(cfg.engines)]
-    pub engines: [scan_line::Out; R],
+pub struct Out {
+    /// Engines that gave a transparent fragment for the last time.
+    #[width(cfg.count_bits())]
+    pub fragments: u32,
+    /// Those of which it is hidden.
+    #[width(cfg.count_bits())]
+    pub hidden: u32,
+    /// Engines that blended a fragment: a pixel's opaque one or a transparent one.
+    #[width(cfg.count_bits())]
+    pub blended: u32,
+    /// Columns of primitives for which there was no place.
+    #[width(cfg.lost_bits())]
+    pub lost: u32,
     /// A pixel of the result goes to the frame buffer.
     pub collects: bool,
     /// Results of the line that is collected are there.
@@ -123,21 +139,21 @@ pub struct Mem {
 #[rtl(
     input = cfg.raster.screen,
     moore = cfg.raster.screen,
-    check(ScanLines<2>, crate::test_util::scan_lines(1)),
-    check(ScanLines<4>, crate::test_util::scan_lines(3))
+    check(ScanLines, crate::test_util::scan_lines(1)),
+    check(ScanLines, crate::test_util::scan_lines(3))
 )]
-impl<const R: usize> Block for ScanLines<R> {
+impl Block for ScanLines {
     type Config = Config;
-    type State = State<R>;
+    type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = Out<R>;
+    type Out = Out;
     type Mem = Mem;
 
-    fn reset(cfg: &Config) -> State<R> {
+    fn reset(cfg: &Config) -> State {
         State {
             merges: 0,
-            engines: std::array::from_fn(|k| ScanLine::reset(&cfg.engine(k as u32))),
+            engines: (0..cfg.engines).map(|k| ScanLine::reset(&cfg.engine(k))).collect(),
             collect: Raster::reset(&cfg.raster),
             from: 0,
             part: false,
@@ -160,7 +176,7 @@ impl<const R: usize> Block for ScanLines<R> {
     }
 
     #[inline(always)]
-    fn moore(cfg: &Config, q: &State<R>, m: &Mem) -> Moore {
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let collect = Raster::moore(&cfg.raster, &q.collect, &());
         let scanout = Scanout::moore(cfg.screen(), &q.scanout, &m.scanout);
         let (mut ready, mut sorted) = (true, true);
@@ -182,7 +198,7 @@ impl<const R: usize> Block for ScanLines<R> {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State<R>, d: &mut State<R>, m: &mut Mem, i: In) -> Out<R> {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let ready = Self::moore(cfg, q, m).ready;
 
         // A line of the result is collected once it is complete.
@@ -222,7 +238,7 @@ impl<const R: usize> Block for ScanLines<R> {
         }
 
         // The engines.
-        let mut engines = [scan_line::Out::default(); R];
+        let (mut fragments, mut hidden, mut blended, mut lost) = (0, 0, 0, 0);
         for k in 0..cfg.engines {
             let merges = q.merges == k;
             let to_engine = scan_line::In {
@@ -236,13 +252,17 @@ impl<const R: usize> Block for ScanLines<R> {
                 result_ready: collects && q.from == k,
                 clear: i.clear,
             };
-            engines[k as usize] = ScanLine::next(
+            let did = ScanLine::next(
                 &cfg.engine(k),
                 &q.engines[k as usize],
                 &mut d.engines[k as usize],
                 &mut m.engines[k as usize],
                 to_engine,
             );
+            fragments += u32::from(did.fragment);
+            hidden += u32::from(did.hidden);
+            blended += u32::from(did.blended);
+            lost += did.lost;
         }
 
         // A complete image is shown once the one before has gone out.
@@ -262,7 +282,10 @@ impl<const R: usize> Block for ScanLines<R> {
         }
 
         Out {
-            engines,
+            fragments,
+            hidden,
+            blended,
+            lost,
             collects,
             line_complete: collect.runs && line_complete,
             line_done: counted.line_done,

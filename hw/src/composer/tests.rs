@@ -6,7 +6,7 @@ use crate::test_util::{Pattern, Source, Triangle, composer, pattern, triangle};
 use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
 
-type Machine = Composer<8, ScanLines<5>>;
+type Machine = Composer<ScanLines>;
 type MachineConfig = Config<scan_lines::Config>;
 
 /// Plays frames one right after the other; gives the images.
@@ -32,7 +32,7 @@ fn play(
         let out = sim.clock(i).unwrap().out;
         source.edge(out.primitive.ready);
         image_monitor.observe(out.image).unwrap();
-        merged_monitor.observe(out.merged).unwrap();
+        merged_monitor.observe(out.merger.merged).unwrap();
         shown.extend(out.image.fires().then_some(out.image.payload));
         if shown.len() == frames.len() * screen.pixels() as usize {
             break;

@@ -5,13 +5,13 @@ use super::merging_unit::Opaque;
 use crate::machine::{Fragments, Seen};
 use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{Figure, Netlist, Signals, Stream, Violation};
+use pellucid_sim::{Figure, Netlist, Registers, Signals, Stream, Violation};
 
 /// See the module's description.
 pub trait Transparency:
     Netlist<
         Config: Copy,
-        State: Signals<Config = Self::Config>,
+        State: Registers<Config = Self::Config>,
         In = In,
         Moore = Moore,
         Out: Signals<Config = Self::Config>,

@@ -104,8 +104,6 @@ pub struct Moore {
 pub struct Out {
     /// The primitive is taken.
     pub taken: bool,
-    /// It has something to do.
-    pub works: bool,
 }
 
 #[rtl(
@@ -193,7 +191,7 @@ impl Block for Walker {
         } else if q.set_up > 0 {
             d.set_up = q.set_up - 1;
         }
-        Out { taken: free, works: q.next.valid || q.rows.valid || q.walk.valid }
+        Out { taken: free }
     }
 }
 

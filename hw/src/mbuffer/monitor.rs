@@ -65,10 +65,13 @@ impl<A: Allocator> Machine for MBuffer<A> {
         cfg.screen
     }
 
-    fn closed_forms(cfg: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
+    fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         let capacity = u64::from(cfg.params.section_capacity);
-        let layers = || census.histogram.iter().zip(0u64..).skip(1);
-        let pairs = layers().map(|(n, i)| n * i * (i - 1) / 2).sum();
+        let census = Census::together(frames);
+        let pairs = census.layers().skip(1).map(|(n, i)| n * i * (i - 1) / 2).sum();
+        let sections = |frame: &Census| -> u64 {
+            frame.layers().skip(1).map(|(n, i)| n * (i.div_ceil(capacity) - 1)).sum()
+        };
         let mut checks = vec![
             Check {
                 what: "seed accesses, 2F",
@@ -77,7 +80,7 @@ impl<A: Allocator> Machine for MBuffer<A> {
             },
             Check {
                 what: "sections beyond the pixels' own, sum of N_i * (ceil(i / D) - 1)",
-                expected: layers().map(|(n, i)| n * (i.div_ceil(capacity) - 1)).sum(),
+                expected: frames.iter().map(sections).max().unwrap_or(0),
                 found: tally.figure("peak_sections"),
             },
             Check {
@@ -86,7 +89,7 @@ impl<A: Allocator> Machine for MBuffer<A> {
                 found: tally.figure("compared"),
             },
         ];
-        checks.extend(ChainsMonitor::closed_forms(tally, census));
+        checks.extend(ChainsMonitor::closed_forms(tally, &census));
         checks
     }
 }

@@ -97,7 +97,7 @@ impl Machine for RBuffer {
         cfg.screen
     }
 
-    fn closed_forms(_: &Config, tally: &Tally, census: &Census) -> Vec<Check> {
+    fn closed_forms(_: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         let figure = |name| tally.figure(name);
         let check = |what, expected, found| Check { what, expected, found };
         let queued = check(
@@ -110,13 +110,20 @@ impl Machine for RBuffer {
         if figure("culled_late") > 0 || figure("replayed") > 0 {
             return vec![queued];
         }
-        let layers = || census.histogram.iter().zip(0u64..);
-        let popped = layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
-        let deepest = layers().filter(|(n, _)| **n > 0).map(|(_, i)| i).max().unwrap_or(0);
+        let census = Census::together(frames);
+        let popped = census.layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
+        let deepest = |frame: &Census| -> u64 {
+            frame.layers().filter(|(n, _)| *n > 0).map(|(_, i)| i).max().unwrap_or(0)
+        };
+        let most = frames.iter().map(|frame| frame.stored).max().unwrap_or(0);
         vec![
             queued,
-            check("passes: layers of the deepest pixel", deepest, figure("passes")),
-            check("most fragments in the queue, F", census.stored, figure("peak_queue")),
+            check(
+                "passes: layers of the deepest pixel",
+                frames.iter().map(deepest).sum(),
+                figure("passes"),
+            ),
+            check("most fragments in the queue, F", most, figure("peak_queue")),
             check("fragments popped, sum of N_i * i(i+1)/2", popped, figure("popped")),
             check(
                 "fragments pushed back, sum of N_i * i(i-1)/2",

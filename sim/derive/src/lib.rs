@@ -1,6 +1,7 @@
 //! Derives for `pellucid-sim`, so that a register is described once: in the `struct` that holds it.
 //!
 //! - [`macro@Signals`] gives a bundle of registers or wires its names, widths and kinds.
+//! - [`macro@Registers`] does so for the registers of a block that holds lines of children.
 //! - [`macro@Memory`] makes a set of memories one.
 
 mod memory;
@@ -29,6 +30,16 @@ use syn::{DeriveInput, parse_macro_input};
 pub fn signals(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     signals::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
+}
+
+/// Names, widths and kinds of the registers of a block that holds lines of children.
+///
+/// On a struct with named fields, as for [`macro@Signals`]; besides, a field may be a `Vec` with `#[len(count)]`. The
+/// configuration is named by `#[signals(Type)]` here too.
+#[proc_macro_derive(Registers, attributes(signals, width, with, len, unseen))]
+pub fn registers(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    signals::registers(&input).unwrap_or_else(|e| e.to_compile_error()).into()
 }
 
 /// A struct whose fields are all memories is one too: clocked together, each visited by its name.

@@ -9,12 +9,19 @@ use syn::{
 
 pub fn derive(input: &DeriveInput) -> Result<TokenStream> {
     match &input.data {
-        Data::Struct(s) => bundle(input, &s.fields),
+        Data::Struct(s) => bundle(input, &s.fields, false),
         Data::Enum(e) => enumeration(input, e),
         Data::Union(u) => Err(Error::new_spanned(
             u.union_token,
             "a union has no signals: use a struct with a tag",
         )),
+    }
+}
+
+pub fn registers(input: &DeriveInput) -> Result<TokenStream> {
+    match &input.data {
+        Data::Struct(s) => bundle(input, &s.fields, true),
+        _ => Err(Error::new_spanned(&input.ident, "#[derive(Registers)] is for a struct")),
     }
 }
 
@@ -72,7 +79,16 @@ struct Part<'a> {
     partly: bool,
 }
 
-fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
+impl Part<'_> {
+    fn is_line(&self) -> bool {
+        line(&self.field.ty).is_some()
+    }
+}
+
+/// The implementation of `Signals`, or of `Registers` for a struct that may hold lines.
+fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStream> {
+    let bundle =
+        if lines { quote!(::pellucid_sim::Registers) } else { quote!(::pellucid_sim::Signals) };
     let Fields::Named(named) = fields else {
         return Err(Error::new_spanned(&input.ident, "signals need names: use named fields"));
     };
@@ -91,10 +107,10 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         match &p.len {
             Some(len) => quote! {
                 for k in 0..(#len) as usize {
-                    <#ty as ::pellucid_sim::Signals>::declare(#cfg, &format!("{}[{k}]", #name), to);
+                    <#ty as #bundle>::declare(#cfg, &format!("{}[{k}]", #name), to);
                 }
             },
-            None => quote! { <#ty as ::pellucid_sim::Signals>::declare(#cfg, #name, to); },
+            None => quote! { <#ty as #bundle>::declare(#cfg, #name, to); },
         }
     });
     let sample = parts.iter().map(|p| {
@@ -102,10 +118,10 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         match &p.len {
             Some(len) => quote! {
                 for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
-                    ::pellucid_sim::Signals::sample(x, #cfg, to);
+                    #bundle::sample(x, #cfg, to);
                 }
             },
-            None => quote! { ::pellucid_sim::Signals::sample(&self.#id, #cfg, to); },
+            None => quote! { #bundle::sample(&self.#id, #cfg, to); },
         }
     });
     let check = parts.iter().map(|p| {
@@ -113,13 +129,13 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
         match &p.len {
             Some(len) => quote! {
                 for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
-                    if let Err(e) = ::pellucid_sim::Signals::check(x, #cfg) {
+                    if let Err(e) = #bundle::check(x, #cfg) {
                         return Err(e.within(&format!("{}[{k}]", #name)));
                     }
                 }
             },
             None => quote! {
-                if let Err(e) = ::pellucid_sim::Signals::check(&self.#id, #cfg) {
+                if let Err(e) = #bundle::check(&self.#id, #cfg) {
                     return Err(e.within(#name));
                 }
             },
@@ -127,14 +143,17 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     });
     let restore = parts.iter().map(|p| {
         let (id, ty, cfg) = (&p.field.ident, element(&p.field.ty), &p.cfg);
-        let one = quote! { <#ty as ::pellucid_sim::Signals>::restore(#cfg, from) };
+        let one = quote! { <#ty as #bundle>::restore(#cfg, from) };
         let absent = quote! {
-            <#ty as ::pellucid_sim::Signals>::restore(#cfg, &mut ::core::iter::empty())
+            <#ty as #bundle>::restore(#cfg, &mut ::core::iter::empty())
         };
         match &p.len {
-            Some(len) if p.partly => quote! {
+            Some(len) if p.partly && !p.is_line() => quote! {
                 #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
             },
+            Some(len) if p.is_line() => {
+                quote! { #id: (0..(#len) as usize).map(|k| #one).collect() }
+            }
             Some(_) => quote! { #id: ::core::array::from_fn(|k| #one) },
             None => quote! { #id: #one },
         }
@@ -150,13 +169,45 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
     for part in &parts {
         let ty = element(&part.field.ty);
         if matches!(ty, Type::Path(p) if parameters.iter().any(|id| p.path.is_ident(id))) {
-            generics
-                .make_where_clause()
-                .predicates
-                .push(syn::parse_quote!(#ty: ::pellucid_sim::Signals));
+            generics.make_where_clause().predicates.push(syn::parse_quote!(#ty: #bundle));
         }
     }
     let (impl_generics, ty_generics, where_clause) = generics.split_for_impl();
+    let shown = quote! {
+        type Config = #config;
+        fn declare(cfg: &#config, name: &str, to: &mut dyn ::pellucid_sim::Declare) {
+            to.open(name);
+            #(#declare)*
+            to.close();
+        }
+        fn sample(&self, cfg: &#config, to: &mut impl ::pellucid_sim::Sink) { #(#sample)* }
+        fn check(&self, cfg: &#config) -> Result<(), ::pellucid_sim::Overflow> { #(#check)* Ok(()) }
+        fn restore(cfg: &#config, from: &mut dyn Iterator<Item = u64>) -> Self {
+            #name { #(#restore,)* #(#hidden: Default::default(),)* }
+        }
+    };
+    if lines {
+        let follow = parts.iter().map(|p| {
+            let id = &p.field.ident;
+            match &p.len {
+                Some(_) => quote! {
+                    for (own, from) in self.#id.iter_mut().zip(&from.#id) { #bundle::follow(own, from); }
+                },
+                None => quote! { #bundle::follow(&mut self.#id, &from.#id); },
+            }
+        });
+        return Ok(quote! {
+            #[allow(unused_variables)]
+            impl #impl_generics #bundle for #name #ty_generics #where_clause {
+                #shown
+                #[inline(always)]
+                fn follow(&mut self, from: &Self) {
+                    #(#follow)*
+                    #(self.#hidden = from.#hidden.clone();)*
+                }
+            }
+        });
+    }
     Ok(quote! {
         impl #impl_generics ::pellucid_sim::netlist::Lift for #name #ty_generics #where_clause {
             fn lift(self) -> ::pellucid_sim::netlist::Value {
@@ -164,18 +215,8 @@ fn bundle(input: &DeriveInput, fields: &Fields) -> Result<TokenStream> {
             }
         }
         #[allow(unused_variables)]
-        impl #impl_generics ::pellucid_sim::Signals for #name #ty_generics #where_clause {
-            type Config = #config;
-            fn declare(cfg: &#config, name: &str, to: &mut dyn ::pellucid_sim::Declare) {
-                to.open(name);
-                #(#declare)*
-                to.close();
-            }
-            fn sample(&self, cfg: &#config, to: &mut impl ::pellucid_sim::Sink) { #(#sample)* }
-            fn check(&self, cfg: &#config) -> Result<(), ::pellucid_sim::Overflow> { #(#check)* Ok(()) }
-            fn restore(cfg: &#config, from: &mut dyn Iterator<Item = u64>) -> Self {
-                #name { #(#restore,)* #(#hidden: Default::default(),)* }
-            }
+        impl #impl_generics #bundle for #name #ty_generics #where_clause {
+            #shown
         }
     })
 }
@@ -184,11 +225,22 @@ fn field_name(field: &Field) -> String {
     field.ident.as_ref().map(ToString::to_string).unwrap_or_default()
 }
 
-/// The type of an array's elements, or the type itself.
+/// The type of the elements of an array or of a line, or the type itself.
 fn element(ty: &Type) -> &Type {
     match ty {
         Type::Array(a) => &a.elem,
-        _ => ty,
+        _ => line(ty).unwrap_or(ty),
+    }
+}
+
+/// The type of the elements of a line, `Vec<T>`.
+fn line(ty: &Type) -> Option<&Type> {
+    let Type::Path(path) = ty else { return None };
+    let last = path.path.segments.last().filter(|segment| segment.ident == "Vec")?;
+    let syn::PathArguments::AngleBracketed(arguments) = &last.arguments else { return None };
+    match arguments.args.first() {
+        Some(syn::GenericArgument::Type(ty)) => Some(ty),
+        _ => None,
     }
 }
 
@@ -219,6 +271,10 @@ fn part(field: &Field) -> Result<Part<'_>> {
     let partly = len.is_some();
     let len = match (&field.ty, len) {
         (Type::Array(_), Some(l)) => Some(quote!(#l)),
+        (ty, Some(l)) if line(ty).is_some() => Some(quote!(#l)),
+        (ty, None) if line(ty).is_some() => {
+            return Err(Error::new(field.span(), "a line of registers needs #[len(count)]"));
+        }
         (Type::Array(a), None) => {
             let n = &a.len;
             Some(quote!(#n))

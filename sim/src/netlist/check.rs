@@ -84,7 +84,7 @@ pub fn agrees<B: Netlist>(cfg: &B::Config) -> Result<(), String> {
         let mut sampled = vec![];
         (numbers.input)(cfg, &i, &mut sampled);
         let native = catch_unwind(AssertUnwindSafe(|| {
-            let mut d = q;
+            let mut d = q.clone();
             let (mut out, mut next) = (vec![], vec![]);
             (numbers.moore)(cfg, &B::moore(cfg, &q, &memories), &mut out);
             let o = B::next(cfg, &q, &mut d, &mut memories, i);

@@ -8,7 +8,7 @@ use crate::reference::{Judged, Reference};
 use pellucid_hw::blender::{In, Out, Sorted};
 use pellucid_hw::pixel::{COLOUR_BITS, Marked, Screen};
 use pellucid_sim::{
-    Block, Fault, Label, Memory, Ram1R1W, ReadDuringWrite, Signals, Storage, Stream,
+    Block, Fault, Label, Memory, Ram1R1W, ReadDuringWrite, Registers, Storage, Stream,
 };
 use proptest::prelude::*;
 use std::fmt;
@@ -16,12 +16,12 @@ use std::marker::PhantomData;
 
 /// What can be tested: a block with the ports of [`pellucid_hw::blender::Blender`].
 pub trait Blends:
-    Block<Config = Screen, State: Signals<Config = Screen>, In = In, Moore = (), Out = Out> + 'static
+    Block<Config = Screen, State: Registers<Config = Screen>, In = In, Moore = (), Out = Out> + 'static
 {
 }
 
 impl<B> Blends for B where
-    B: Block<Config = Screen, State: Signals<Config = Screen>, In = In, Moore = (), Out = Out>
+    B: Block<Config = Screen, State: Registers<Config = Screen>, In = In, Moore = (), Out = Out>
         + 'static
 {
 }

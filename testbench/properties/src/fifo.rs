@@ -6,7 +6,7 @@
 
 use crate::reference::{Judged, Reference};
 use pellucid_sim::fifo::{Config, In, Moore};
-use pellucid_sim::{Block, Fault, Signals, Stream};
+use pellucid_sim::{Block, Fault, Registers, Stream};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 use std::fmt;
@@ -16,7 +16,7 @@ use std::marker::PhantomData;
 pub trait Queue:
     Block<
         Config = Config<u32>,
-        State: Signals<Config = Config<u32>>,
+        State: Registers<Config = Config<u32>>,
         In = In<u32>,
         Moore = Moore<u32>,
         Out = (),
@@ -27,7 +27,7 @@ pub trait Queue:
 impl<B> Queue for B where
     B: Block<
             Config = Config<u32>,
-            State: Signals<Config = Config<u32>>,
+            State: Registers<Config = Config<u32>>,
             In = In<u32>,
             Moore = Moore<u32>,
             Out = (),
@@ -40,9 +40,9 @@ impl<B> Queue for B where
 pub struct Alone<F>(PhantomData<F>);
 
 /// Its registers.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Debug, Registers)]
 #[signals(Config<u32>)]
-pub struct Registers<S: Signals<Config = u32>> {
+pub struct AloneState<S: Registers<Config = u32>> {
     /// Those of the queue.
     #[with(cfg.depth)]
     pub queue: S,
@@ -52,21 +52,21 @@ impl<F> Block for Alone<F>
 where
     F: Block<
             Config = Config<u32>,
-            State: Signals<Config = u32>,
+            State: Registers<Config = u32>,
             In = In<u32>,
             Moore = Moore<u32>,
             Out = (),
         >,
 {
     type Config = Config<u32>;
-    type State = Registers<F::State>;
+    type State = AloneState<F::State>;
     type In = In<u32>;
     type Moore = Moore<u32>;
     type Out = ();
     type Mem = F::Mem;
 
     fn reset(cfg: &Config<u32>) -> Self::State {
-        Registers { queue: F::reset(cfg) }
+        AloneState { queue: F::reset(cfg) }
     }
     fn memories(cfg: &Config<u32>) -> F::Mem {
         F::memories(cfg)

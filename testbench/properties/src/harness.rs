@@ -2,7 +2,7 @@
 
 use crate::reference::{Judged, Reference};
 use crate::report::report;
-use pellucid_sim::{Block, Memory, Signals, Sim};
+use pellucid_sim::{Block, Memory, Registers, Sim};
 use proptest::test_runner::{Config as Effort, TestCaseError, TestError, TestRunner};
 use proptest_state_machine::Sequential;
 use std::collections::{HashSet, VecDeque};
@@ -75,7 +75,7 @@ impl<R: Reference> Run<R> {
         show: &mut dyn FnMut(&R, Seen<R>),
     ) -> Result<(), Broken<R::Property>> {
         let looked = self.look();
-        let (q, seen) = (*self.sim.state(), self.sim.moore());
+        let (q, seen) = (self.sim.state().clone(), self.sim.moore());
         let step = step.filter(|_| looked.is_ok());
         let inputs = step.map(|step| self.reference.inputs(step, &seen));
         let (mut out, mut judged) = (None, Ok(()));
@@ -134,7 +134,7 @@ impl<R: Reference> Run<R> {
     /// All that is known of the block and of its model.
     fn known(&mut self) -> Vec<u64> {
         let mut values = vec![];
-        self.sim.state().sample(self.sim.config(), &mut values);
+        Registers::sample(self.sim.state(), self.sim.config(), &mut values);
         self.sim.memories().visit("", &mut |_, storage| {
             (0..storage.info().words).for_each(|k| storage.peek(k as u32, &mut values));
             storage.under_way(&mut values);

@@ -1,6 +1,6 @@
 //! What a clocked block is held to: a plain reference that says what to play and judges what is seen.
 
-use pellucid_sim::{Block, Fault, Signals};
+use pellucid_sim::{Block, Fault, Registers, Signals};
 use proptest::strategy::BoxedStrategy;
 use std::fmt::{Debug, Display};
 
@@ -12,7 +12,7 @@ pub trait Reference: Sized + 'static {
     /// The block.
     type Block: Block<
             Config = Self::Config,
-            State: Signals<Config = Self::Config>,
+            State: Registers<Config = Self::Config>,
             In: Signals<Config = Self::Config>,
         >;
     /// The block's parameters.

@@ -43,7 +43,7 @@ fn record<R: Reference>(
 ) -> io::Result<()> {
     let layout = Layout::new(vec![], |to: &mut dyn Declare| {
         to.open(R::NAME);
-        <R::Block as Block>::State::declare(cfg, "registers", to);
+        <<R::Block as Block>::State as pellucid_sim::Registers>::declare(cfg, "registers", to);
         to.open("wires");
         <R::Block as Block>::In::declare(cfg, "in", to);
         R::Outputs::declare(cfg, "out", to);
@@ -58,7 +58,7 @@ fn record<R: Reference>(
     let low = <R::Block as Block>::In::restore(cfg, &mut iter::repeat(0));
     for Seen { cycle, q, inputs, outputs, reset } in cycles {
         wave.sample(|to| {
-            q.sample(cfg, to);
+            pellucid_sim::Registers::sample(q, cfg, to);
             inputs.unwrap_or(low).sample(cfg, to);
             outputs.sample(cfg, to);
             to.push(u64::from(*reset));

@@ -9,7 +9,7 @@ use crate::stream::{Ends, Step};
 use pellucid_hw::blender::Sorted;
 use pellucid_hw::pixel::{Arrived, Marked, Screen};
 use pellucid_hw::sorter::{Config, In, MAX_DEPTH, Moore};
-use pellucid_sim::{Block, Fault, Label, Signals, Stream};
+use pellucid_sim::{Block, Fault, Label, Registers, Stream};
 use proptest::prelude::*;
 use std::cmp::Reverse;
 use std::fmt;
@@ -17,12 +17,13 @@ use std::marker::PhantomData;
 
 /// What can be tested: a block with the ports of [`pellucid_hw::sorter::Sorter`].
 pub trait Sorts:
-    Block<Config = Config, State: Signals<Config = Config>, In = In, Moore = Moore, Out = ()> + 'static
+    Block<Config = Config, State: Registers<Config = Config>, In = In, Moore = Moore, Out = ()>
+    + 'static
 {
 }
 
 impl<B> Sorts for B where
-    B: Block<Config = Config, State: Signals<Config = Config>, In = In, Moore = Moore, Out = ()>
+    B: Block<Config = Config, State: Registers<Config = Config>, In = In, Moore = Moore, Out = ()>
         + 'static
 {
 }

@@ -8,7 +8,7 @@
 use crate::reference::{Judged, Reference};
 use pellucid_hw::pixel::{PixelFragment, Screen};
 use pellucid_hw::rbuffer::queue;
-use pellucid_sim::{Block, Fault, Fifo, Label, Signals, Stream, fifo};
+use pellucid_sim::{Block, Fault, Fifo, Label, Registers, Signals, Stream, fifo};
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
 
@@ -16,7 +16,7 @@ use std::fmt::{self, Debug};
 pub trait Stage:
     Block<
         Config: Clone + Debug,
-        State: Signals<Config = Self::Config>,
+        State: Registers<Config = Self::Config>,
         In: Signals<Config = Self::Config>,
         Moore: Signals<Config = Self::Config>,
     > + 'static

@@ -1,7 +1,9 @@
 use super::*;
 use crate::composer::merging_unit::STAGES;
-use crate::test_util::{Pattern, edge, holding, pattern, screen};
-use pellucid_sim::{Ram1R1W, ReadDuringWrite, Sim, StreamMonitor};
+use crate::composer::object_engine::ObjectEngine;
+use crate::pixel::Fragment;
+use crate::test_util::{Pattern, merger, pattern, point, screen};
+use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
 
 /// The image of each engine.
@@ -17,38 +19,73 @@ struct Merged {
     lines: Vec<u64>,
 }
 
-/// A merger with local frame buffers beside it.
-struct Bench<const N: usize> {
-    sim: Sim<Merger<N>>,
+/// A line of engines with their units, all frame buffers wiped.
+struct Bench {
+    sim: Sim<Merger<ObjectEngine>>,
     cycle: u64,
 }
 
-impl<const N: usize> Bench<N> {
-    fn new(cfg: Config) -> Bench<N> {
-        Bench { sim: Sim::new(cfg), cycle: 0 }
+fn nothing() -> In {
+    In {
+        primitive: Stream::idle(),
+        engine: 0,
+        swap: false,
+        clear: Stream::idle(),
+        merged_ready: false,
+    }
+}
+
+impl Bench {
+    fn new(cfg: Config<object_engine::Config>) -> Bench {
+        let mut sim = Sim::<Merger<ObjectEngine>>::new(cfg);
+        for pixel in 0..cfg.shape.screen().pixels() {
+            sim.clock(In { clear: Stream::offer(pixel), ..nothing() }).unwrap();
+        }
+        Bench { sim, cycle: 0 }
     }
 
-    fn merge(&mut self, images: &Images, ready: &Pattern) -> Merged {
-        let hold = |image: &Vec<Opaque>| holding(image, (), ReadDuringWrite::Forbidden);
-        let mut buffers: Vec<Ram1R1W<Opaque>> = images.iter().map(hold).collect();
-        let mut wiped = vec![vec![]; images.len()];
+    /// Draws the image of each engine, point by point.
+    fn draw(&mut self, images: &Images) {
+        let width = self.sim.config().shape.screen().width;
+        let points = images.iter().zip(0u32..).flat_map(|(image, engine)| {
+            let drawn = image.iter().zip(0u32..).filter(|(pixel, _)| pixel.z < Z_FAR);
+            let point = move |(pixel, p): (&Opaque, u32)| {
+                let fragment = Fragment {
+                    x: p % width,
+                    y: p / width,
+                    z: pixel.z,
+                    rgba: pixel.colour << 8 | 0xff,
+                    ..Fragment::default()
+                };
+                (Marked::item(point(fragment)), engine)
+            };
+            drawn.map(point)
+        });
+        for (primitive, engine) in
+            points.collect::<Vec<_>>().into_iter().chain([(Marked::end(), 0)])
+        {
+            let offer = In { primitive: Stream::offer(primitive), engine, ..nothing() };
+            while !self.sim.clock(offer).unwrap().out.taken {}
+        }
+        while !self.sim.moore().done {
+            self.sim.clock(nothing()).unwrap();
+        }
+    }
+
+    /// Merges what was drawn.
+    fn merge(&mut self, ready: &Pattern) -> Merged {
         let mut monitor = StreamMonitor::new("merged", "Merger", "test");
         let mut merged = Merged::default();
-        let idle = In { start: true, local: [Opaque::default(); N], merged_ready: false };
-        self.sim.clock(idle).unwrap();
+        self.sim.clock(In { swap: true, ..nothing() }).unwrap();
         let began = self.cycle + 1;
         loop {
             self.cycle += 1;
             assert!(self.cycle < began + 100_000, "the image does not end");
             if !self.sim.moore().busy {
-                break;
+                return merged;
             }
             merged.cycles += 1;
-            let mut local = [Opaque::default(); N];
-            for (local, buffer) in local.iter_mut().zip(&buffers) {
-                *local = buffer.q().data;
-            }
-            let i = In { start: false, local, merged_ready: ready.at(self.cycle) };
+            let i = In { merged_ready: ready.at(self.cycle), ..nothing() };
             let out = self.sim.clock(i).unwrap().out;
             monitor.observe(out.merged).unwrap();
             if out.merged.fires() {
@@ -57,25 +94,16 @@ impl<const N: usize> Bench<N> {
             if out.line_done {
                 merged.lines.push(self.cycle + 1 - began);
             }
-            for (k, buffer) in buffers.iter_mut().enumerate() {
-                buffer.pass_read(out.read[k]);
-                if out.wipe[k].valid {
-                    let pixel = out.wipe[k].payload;
-                    assert_eq!(buffer.q().data, images[k][pixel as usize], "wiped too early");
-                    wiped[k].push(pixel);
-                }
-                edge(buffer);
-            }
         }
-        for pixels in wiped {
-            assert_eq!(pixels, (0..images[0].len() as u32).collect::<Vec<_>>());
-        }
-        merged
     }
 }
 
-fn config(engines: u32, width: u32, height: u32, beta: u32) -> Config {
-    Config { engines, raster: raster::Config { screen: screen(width, height), beta } }
+fn config(engines: u32, width: u32, height: u32, beta: u32) -> Config<object_engine::Config> {
+    let screen = screen(width, height);
+    let mut cfg = merger(engines, beta);
+    cfg.shape.raster.screen = screen;
+    cfg.engine.walker.screen = screen;
+    cfg
 }
 
 /// What must come: the nearest pixel of each place, the first engine's of equal ones.
@@ -103,8 +131,9 @@ fn by_hand() {
     let far = Opaque { z: Z_FAR, colour: 1 };
     let at = |z, colour| Opaque { z, colour };
     let images = vec![vec![at(5, 2), far, at(9, 3)], vec![at(5, 4), far, at(8, 5)]];
-    let mut bench = Bench::<2>::new(config(2, 3, 1, 0));
-    let merged = bench.merge(&images, &Pattern::always());
+    let mut bench = Bench::new(config(2, 3, 1, 0));
+    bench.draw(&images);
+    let merged = bench.merge(&Pattern::always());
     let background = at(Z_FAR, screen(3, 1).background);
     assert_eq!(merged.pixels, [at(5, 2), background, at(8, 5)]);
 }
@@ -113,8 +142,10 @@ fn by_hand() {
 fn a_line_of_1024_engines() {
     let images = images(1024, 12, 3);
     let cfg = config(1024, 4, 3, 5);
-    let merged = Bench::<1024>::new(cfg).merge(&images, &Pattern::always());
-    assert_eq!(merged.pixels, nearest(&images, cfg.screen().background));
+    let mut bench = Bench::new(cfg);
+    bench.draw(&images);
+    let merged = bench.merge(&Pattern::always());
+    assert_eq!(merged.pixels, nearest(&images, cfg.shape.screen().background));
     assert_eq!(merged.cycles, (4 + 5) * 3 + 4 * 1024);
 }
 
@@ -131,13 +162,14 @@ proptest! {
         seed: u32,
     ) {
         let cfg = config(engines, width, height, beta);
-        let mut bench = Bench::<8>::new(cfg);
+        let mut bench = Bench::new(cfg);
         for frame in 0..2 {
             let images = images(engines, width * height, seed.wrapping_add(frame) >> 8);
-            let merged = bench.merge(&images, &Pattern::always());
+            bench.draw(&images);
+            let merged = bench.merge(&Pattern::always());
             let (n, v, w) = (u64::from(engines), u64::from(width), u64::from(height));
             let line = v + u64::from(beta);
-            prop_assert_eq!(merged.pixels, nearest(&images, cfg.screen().background));
+            prop_assert_eq!(merged.pixels, nearest(&images, cfg.shape.screen().background));
             prop_assert_eq!(merged.cycles, line * w + u64::from(STAGES) * n);
             let lines: Vec<u64> = (1..=w).map(|y| u64::from(STAGES) * n + y * line).collect();
             prop_assert_eq!(merged.lines, lines);
@@ -156,7 +188,9 @@ proptest! {
     ) {
         let cfg = config(engines, width, height, beta);
         let images = images(engines, width * height, seed >> 8);
-        let merged = Bench::<8>::new(cfg).merge(&images, &ready);
-        prop_assert_eq!(merged.pixels, nearest(&images, cfg.screen().background));
+        let mut bench = Bench::new(cfg);
+        bench.draw(&images);
+        let merged = bench.merge(&ready);
+        prop_assert_eq!(merged.pixels, nearest(&images, cfg.shape.screen().background));
     }
 }

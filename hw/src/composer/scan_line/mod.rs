@@ -25,15 +25,14 @@ use super::buckets::{self, Insert};
 use super::merging_unit::Opaque;
 use super::sweep::{self, Sweep};
 use crate::blender::{self, Blender};
-use crate::pixel::{Arrived, COLOUR_BITS, Marked, Screen};
+use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::{Primitive, next_row, plus, span, times};
 use crate::sorter::{self, Sorter};
 use bucket_sort::BucketSort;
 use layers::{Layers, Segment};
 use pellucid_sim::ram::port::written;
 use pellucid_sim::{
-    Block, Fifo, Handshake, Memory, Ram1R1W, Read, ReadDuringWrite, Signals, Stream, bits_for,
-    fifo, rtl,
+    Block, Fifo, Memory, Ram1R1W, Read, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
 };
 
 /// See the module's description.
@@ -185,29 +184,22 @@ pub struct Moore {
 /// Outputs.
 #[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
-    /// Fragments go to the sorter.
-    #[with(cfg.line(), 0)]
-    pub arrived: Handshake<Marked<Arrived>>,
-    /// A primitive found no place.
-    pub lost_primitive: bool,
-    /// Columns of a primitive found no place.
-    pub lost_columns: bool,
-    /// How many.
-    #[width(bits_for(u64::from(cfg.screen().width)))]
-    pub lost: u32,
     /// A transparent fragment was given for the last time.
     pub fragment: bool,
     /// It is hidden.
     pub hidden: bool,
     /// A fragment is blended: each pixel's opaque one, and transparent ones.
     pub blended: bool,
-    /// The sweep along a line is under way.
-    pub renders: bool,
+    /// Columns of a primitive for which there is no place, 0 if there is or none come.
+    #[width(bits_for(u64::from(cfg.screen().width)))]
+    pub lost: u32,
 }
 
-/// The primitive for which there is no place, while there is one.
-pub fn lost(cfg: &Config, q: &State) -> Primitive {
-    BucketSort::moore(&cfg.bucket_sort, &q.bucket_sort, &()).insert.payload.item
+/// The primitive that comes and finds no place in the buckets, if one does.
+pub fn lost(cfg: &Config, q: &State) -> Option<Primitive> {
+    let insert = BucketSort::moore(&cfg.bucket_sort, &q.bucket_sort, &()).insert;
+    let front = &q.down.buckets[usize::from(q.down.second_is_front)];
+    (insert.valid && front.filled == cfg.bucket_sort.capacity).then_some(insert.payload.item)
 }
 
 /// Memories.
@@ -395,14 +387,10 @@ impl Block for ScanLine {
         Results::next(&cfg.results(), &q.results, &mut d.results, &mut m.results, to_results);
 
         Out {
-            arrived: layers.arrived.with(sorter.ready),
-            lost_primitive: sort.insert.valid && down.full,
-            lost_columns: insert.valid && along.full,
-            lost: columns.last + 1 - columns.first,
             fragment: layers.fragment,
             hidden: layers.hidden,
             blended: blended.blended,
-            renders: along.runs,
+            lost: if insert.valid && along.full { columns.last + 1 - columns.first } else { 0 },
         }
     }
 }

@@ -52,7 +52,6 @@ fn frame(
     let items = next.iter().copied().map(Marked::item).chain([Marked::end()]);
     let mut source = Source::new(items, Pattern::always());
     let mut monitor = StreamMonitor::new("result", "ScanLine", "test");
-    let mut arrived = StreamMonitor::new("arrived", "Layers", "Sorter");
     let mut merged = 0;
     let mut r = Rendered::default();
     while r.colours.len() < opaque.len() || !sim.moore().sorted {
@@ -69,13 +68,12 @@ fn frame(
         let result = seen.result.with(i.result_ready);
         monitor.observe(result).unwrap();
         r.colours.extend(result.fires().then_some(result.payload));
+        r.lost_primitives += u64::from(lost(sim.config(), sim.state()).is_some());
         let out = sim.clock(i).unwrap().out;
-        arrived.observe(out.arrived).unwrap();
         source.edge(seen.ready);
         r.fragments += u64::from(out.fragment);
         r.hidden += u64::from(out.hidden);
-        r.lost += if out.lost_columns { u64::from(out.lost) } else { 0 };
-        r.lost_primitives += u64::from(out.lost_primitive);
+        r.lost += u64::from(out.lost);
     }
     r
 }

@@ -3,11 +3,10 @@
 use super::{Config, Out, ScanLines, State};
 use crate::composer::scan_line;
 use crate::composer::transparency::{Transparency, Watch};
-use crate::machine::{Fragments, Seen, seen};
-use crate::pixel::{Arrived, Marked};
+use crate::machine::{Fragments, Seen};
 use crate::primitive::{Primitive, Span, next_row, span};
 use pellucid_sim::signals::state_name;
-use pellucid_sim::{Figure, Figures, StreamMonitor, Violation};
+use pellucid_sim::{Figure, Figures, Violation};
 
 pellucid_sim::counters! {
     /// Figures of the scan-line engines.
@@ -25,7 +24,6 @@ pellucid_sim::counters! {
 
 /// See the module's description.
 pub struct ScanLinesMonitor {
-    arrived: Vec<StreamMonitor<Marked<Arrived>>>,
     /// Of each engine, the cycles of work.
     work: Vec<u64>,
     fragments: Fragments,
@@ -62,15 +60,13 @@ fn pixels(primitive: &Primitive, width: u32) -> u64 {
     pixels
 }
 
-impl<const R: usize> Transparency for ScanLines<R> {
+impl Transparency for ScanLines {
     type Monitor = ScanLinesMonitor;
 }
 
-impl<const R: usize> Watch<ScanLines<R>> for ScanLinesMonitor {
+impl Watch<ScanLines> for ScanLinesMonitor {
     fn new(cfg: &Config) -> ScanLinesMonitor {
-        let arrived = || StreamMonitor::new("arrived", "layers", "sorter");
         ScanLinesMonitor {
-            arrived: (0..cfg.engines).map(|_| arrived()).collect(),
             work: vec![0; cfg.engines as usize],
             fragments: Fragments::default(),
             blends: 0,
@@ -83,26 +79,21 @@ impl<const R: usize> Watch<ScanLines<R>> for ScanLinesMonitor {
     }
 
     #[inline(always)]
-    fn observe(&mut self, cfg: &Config, q: &State<R>, o: &Out<R>) -> Result<(), Violation> {
+    fn observe(&mut self, cfg: &Config, q: &State, o: &Out) -> Result<(), Violation> {
+        let f = &mut self.fragments;
+        f.arrived += u64::from(o.fragments) + u64::from(o.lost);
+        f.culled += u64::from(o.hidden);
+        f.stored += u64::from(o.fragments - o.hidden);
+        f.dropped += u64::from(o.lost);
+        self.blends += u64::from(o.blended);
         let mut now = Peak::default();
-        for (k, monitor) in self.arrived.iter_mut().enumerate() {
-            let (q, o): (&scan_line::State, _) = (&q.engines[k], &o.engines[k]);
-            monitor.observe(o.arrived)?;
-            self.work[k] += u64::from(o.renders);
-            let f = &mut self.fragments;
-            f.arrived += u64::from(o.fragment);
-            f.culled += u64::from(o.hidden);
-            f.stored += u64::from(o.fragment && !o.hidden);
-            self.blends += u64::from(o.blended);
-            if o.lost_primitive {
-                let insert = scan_line::lost(&cfg.engine(k as u32), q);
+        for (k, q) in q.engines.iter().enumerate() {
+            self.work[k] += u64::from(q.along.runs);
+            if let Some(primitive) = scan_line::lost(&cfg.engine(k as u32), q) {
+                let lost = pixels(&primitive, cfg.screen().width);
                 self.lost_primitives += 1;
-                f.arrived += pixels(&insert, cfg.screen().width);
-                f.dropped += pixels(&insert, cfg.screen().width);
-            }
-            if o.lost_columns {
-                f.arrived += u64::from(o.lost);
-                f.dropped += u64::from(o.lost);
+                self.fragments.arrived += lost;
+                self.fragments.dropped += lost;
             }
             now.down += q.down.buckets.iter().map(|b| u64::from(b.filled)).sum::<u64>();
             now.active_down += u64::from(q.down.active.count);
@@ -130,10 +121,10 @@ impl<const R: usize> Watch<ScanLines<R>> for ScanLinesMonitor {
     }
 
     fn streams(&self) -> Vec<Seen> {
-        self.arrived.iter().map(seen).collect()
+        vec![]
     }
 
-    fn state(block: &str, q: &State<R>) -> Option<&'static str> {
+    fn state(block: &str, q: &State) -> Option<&'static str> {
         match block {
             "layers" => Some(state_name(q.engines[0].layers.round)),
             "scanout" => Some(state_name(q.scanout.fsm)),

@@ -136,7 +136,7 @@ pub fn twins(options: &Options, i: &ItemImpl) -> Result<TokenStream> {
                 module_path!()
             }
             fn declare_state(cfg: &Self::Config, to: &mut dyn ::pellucid_sim::Declare) {
-                <Self::State as ::pellucid_sim::Signals>::declare(#state, "", to)
+                <Self::State as ::pellucid_sim::Registers>::declare(#state, "", to)
             }
             fn declare_in(cfg: &Self::Config, to: &mut dyn ::pellucid_sim::Declare) {
                 <Self::In as ::pellucid_sim::Signals>::declare(#input, "", to)
@@ -149,11 +149,11 @@ pub fn twins(options: &Options, i: &ItemImpl) -> Result<TokenStream> {
             }
             fn numbers() -> ::pellucid_sim::netlist::Numbers<Self> {
                 ::pellucid_sim::netlist::Numbers {
-                    state: |cfg, q, to| ::pellucid_sim::Signals::sample(q, #state, to),
+                    state: |cfg, q, to| ::pellucid_sim::Registers::sample(q, #state, to),
                     input: |cfg, i, to| ::pellucid_sim::Signals::sample(i, #input, to),
                     moore: |cfg, o, to| ::pellucid_sim::Signals::sample(o, #moore, to),
                     out: |cfg, o, to| ::pellucid_sim::Signals::sample(o, #output, to),
-                    to_state: |cfg, from| ::pellucid_sim::Signals::restore(#state, from),
+                    to_state: |cfg, from| ::pellucid_sim::Registers::restore(#state, from),
                     to_in: |cfg, from| ::pellucid_sim::Signals::restore(#input, from),
                 }
             }
