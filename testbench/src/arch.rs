@@ -20,8 +20,8 @@ use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config as tbuffer;
-use pellucid_sim::Signals;
 use pellucid_sim::netlist::{Module, elaborate};
+use pellucid_sim::{Registers, Signals};
 use std::path::Path;
 
 /// An architecture.
@@ -196,28 +196,20 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     Ok(Box::new(Prepared::<MBuffer<Chosen>> { cfg, values: params.values() }))
 }
 
-/// Engines of either kind that a machine has room for; where it has far fewer, a smaller one is faster.
-const FEW: (usize, usize) = (16, 4);
-
 fn build_composer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
-    type Few = Composer<{ FEW.0 }, ScanLines<{ FEW.1 }>>;
-    type Many = Composer<{ composer::MAX_ENGINES }, ScanLines<{ composer::MAX_SCAN_LINE_ENGINES }>>;
     let params = chosen(composer::PRESETS, preset, settings)?;
     let cfg = composer::Config::new(screen, params)?;
-    let values = params.values();
-    let few = params.engines as usize <= FEW.0 && params.scan_line_engines as usize <= FEW.1;
-    Ok(if few {
-        Box::new(Prepared::<Few> { cfg, values })
-    } else {
-        Box::new(Prepared::<Many> { cfg, values })
-    })
+    Ok(Box::new(Prepared::<Composer<ScanLines>> { cfg, values: params.values() }))
 }
 
 /// What is asked of a run.
 pub struct Job<'a> {
-    /// The frame.
+    /// The first frame.
     pub source: &'a Source,
-    /// How often it is played before the time that counts, so that memories and free sections are as a running
+    /// How many there are, played in a row: the next one may come while the one before is still being shown. Each is
+    /// as [`Source::later`] has it, so that there is more than one only where that gives any.
+    pub frames: u32,
+    /// How often they are played before the time that counts, so that memories and free sections are as a running
     /// machine has them.
     pub warm_up: u32,
     /// The waveform.
@@ -228,8 +220,8 @@ pub struct Job<'a> {
 
 /// What a run gives.
 pub struct Outcome {
-    /// The image.
-    pub image: Image,
+    /// The images, one for each frame.
+    pub images: Vec<Image>,
     /// What was counted.
     pub tally: Tally,
     /// What the waveform has.
@@ -247,7 +239,7 @@ pub trait Runnable: Send + Sync {
     /// # Errors
     /// The frame cannot be read.
     fn view(&self, source: &Source) -> Result<View, SourceError>;
-    /// Runs one frame.
+    /// Runs the frames.
     ///
     /// # Errors
     /// See [`BenchError`].
@@ -267,7 +259,7 @@ pub trait Runnable: Send + Sync {
         path: &Path,
     ) -> Result<u64, BenchError>;
     /// What a run must have counted: see [`Machine::closed_forms`].
-    fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check>;
+    fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check>;
 }
 
 struct Prepared<M: Machine> {
@@ -279,7 +271,7 @@ impl<M> Runnable for Prepared<M>
 where
     M: Machine<Item: Played>,
     M::Config: Copy + Send + Sync,
-    M::State: Signals<Config = M::Config>,
+    M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
     fn values(&self) -> Vec<(&'static str, Value)> {
@@ -295,7 +287,7 @@ where
     }
 
     fn run(&self, job: Job) -> Result<Outcome, BenchError> {
-        let Job { source, warm_up, wave, progress } = job;
+        let Job { source, frames, warm_up, wave, progress } = job;
         let mut bench = Bench::<M>::new(self.cfg);
         if let Some(wave) = wave {
             bench.record(wave, "machine")?;
@@ -308,21 +300,23 @@ where
                     bench.count_anew();
                     progress.turn_to("simulating");
                 }
-                bench.frame(|bench| {
-                    M::Item::play(source, &mut |item| {
-                        progress.step();
-                        bench.send(Marked::item(item))
-                    })
-                })?;
+                for number in 0..frames {
+                    let later = if number > 0 { source.later(number) } else { None };
+                    let source = later.as_ref().unwrap_or(source);
+                    bench.frame(|bench| {
+                        M::Item::play(source, &mut |item| {
+                            progress.step();
+                            bench.send(Marked::item(item))
+                        })
+                    })?;
+                }
                 progress.turn_to("resolving");
-                bench.wait_for(1, || progress.step())?;
+                bench.wait_for(frames as usize, || progress.step())?;
             }
             Ok(())
         })?;
-        let image = bench.take_images().pop().unwrap_or_else(|| {
-            unreachable!("the end of a frame waits for its image");
-        });
-        Ok(Outcome { image, tally: bench.tally(), wave })
+        let images = bench.take_images();
+        Ok(Outcome { images, tally: bench.tally(), wave })
     }
 
     fn netlist(&self) -> Module {
@@ -343,7 +337,7 @@ where
         Ok(bench.cycles())
     }
 
-    fn closed_forms(&self, tally: &Tally, census: &Census) -> Vec<Check> {
-        M::closed_forms(&self.cfg, tally, census)
+    fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
+        M::closed_forms(&self.cfg, tally, frames)
     }
 }

@@ -19,7 +19,7 @@ pub mod primitive;
 pub mod weights;
 
 use crate::image::Image;
-use pellucid_hw::machine::Arithmetic;
+use pellucid_hw::machine::{Arithmetic, Census};
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 
 /// No record: the end of a pixel's chain. It bounds the records, whose indices are below it.
@@ -103,7 +103,7 @@ pub struct Golden {
 }
 
 /// The exact image of a frame, and what every architecture must count.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reference {
     /// The image by the exact blend.
     pub image: Image,
@@ -137,6 +137,38 @@ pub struct Reference {
 }
 
 impl Reference {
+    /// Several frames of one size as if they were one, each below the one before.
+    pub fn stacked<'a>(frames: impl IntoIterator<Item = &'a Reference> + Clone) -> Reference {
+        let images = frames.clone().into_iter().map(|frame| &frame.image);
+        let weighted: Option<Vec<&Image>> =
+            frames.clone().into_iter().map(|frame| frame.weighted.as_ref()).collect();
+        let mut all = Reference {
+            image: Image::stacked(images),
+            weighted: weighted.map(Image::stacked),
+            ..Reference::default()
+        };
+        for frame in frames {
+            all.fragments += frame.fragments;
+            all.opaque += frame.opaque;
+            all.transparent += frame.transparent;
+            all.culled += frame.culled;
+            all.blended += frame.blended;
+            all.transparent_pixels += frame.transparent_pixels;
+            all.max_layers = all.max_layers.max(frame.max_layers);
+            all.layers.extend(&frame.layers);
+            add(&mut all.layer_histogram, &frame.layer_histogram);
+            all.stored += frame.stored;
+            all.stored_pixels += frame.stored_pixels;
+            add(&mut all.stored_histogram, &frame.stored_histogram);
+        }
+        all
+    }
+
+    /// What a machine cannot change about the frame.
+    pub fn census(&self) -> Census {
+        Census { stored: self.stored, histogram: self.stored_histogram.clone() }
+    }
+
     /// The image that a machine of that arithmetic must give, bit for bit.
     ///
     /// # Panics
@@ -290,6 +322,14 @@ impl Golden {
         layers.reverse();
         layers.sort_by_key(|layer| layer.pixel);
         stored
+    }
+}
+
+/// Adds a histogram to a sum of such.
+fn add(sum: &mut Vec<u64>, histogram: &[u64]) {
+    sum.resize(sum.len().max(histogram.len()), 0);
+    for (sum, pixels) in sum.iter_mut().zip(histogram) {
+        *sum += pixels;
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::output::{AtomicFile, OutputError};
 
 /// A picture in rows from the top, pixels from the left.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Image {
     /// Width in pixels.
     pub width: u32,
@@ -36,6 +36,17 @@ impl Image {
         }
         let index = u64::from(y) * u64::from(self.width) + u64::from(x);
         self.pixels.get(usize::try_from(index).ok()?).copied()
+    }
+
+    /// Images of one width, one below the other.
+    pub fn stacked<'a>(images: impl IntoIterator<Item = &'a Image>) -> Image {
+        let mut all = Image::default();
+        for image in images {
+            all.width = image.width;
+            all.height += image.height;
+            all.pixels.extend(&image.pixels);
+        }
+        all
     }
 
     /// Writes the image as PNG, 8-bit RGB without alpha. The file appears when it is complete.

@@ -97,6 +97,8 @@ impl Report {
         let n = |value: u64| json!(value);
         add("frame", "width", n(screen.width.into()), "pixels", "Columns of the screen.");
         add("frame", "height", n(screen.height.into()), "pixels", "Rows of the screen.");
+        let about = "Frames that were played; what is counted is counted over all of them.";
+        add("frame", "frames", n(verdict.frames.into()), "frames", about);
         add("frame", "fragments", n(r.fragments), "fragments", "Fragments of the frame.");
         add("frame", "opaque", n(r.opaque), "fragments", "Opaque ones among them.");
         add("frame", "transparent", n(r.transparent), "fragments", "Transparent ones among them.");

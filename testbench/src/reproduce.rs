@@ -5,6 +5,8 @@
 //! and M-buffer, 10 for one of the R-buffer, 4 for a depth, 2 for an address; three fragments in a
 //! section of the T-buffer, two in one of the M-buffer.
 
+pub mod composer;
+
 use crate::report::{align_right, at_margin, grouped};
 use crate::trial::Trial;
 use comfy_table::{Table, presets};

@@ -9,6 +9,10 @@ use pellucid_hw::machine::{Arithmetic, Check, Tally};
 /// The judgement of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
+    /// How many frames were played: the images below are theirs, one below the other.
+    pub frames: u32,
+    /// Rows of a frame.
+    pub rows: u32,
     /// How the machine makes colours.
     pub arithmetic: Arithmetic,
     /// How far the image is from the exact blend.
@@ -27,13 +31,6 @@ pub struct Verdict {
     pub dropped_since: &'static str,
     /// Every figure that is not what it must be.
     pub wrong: Vec<Check>,
-}
-
-/// Pixels that differ, as the end of a sentence; nothing if there is none. `how` says from what.
-fn told(difference: &Difference, how: &str) -> Option<String> {
-    let Difference { mismatched_pixels: pixels, max_error: most, first } = difference;
-    first
-        .map(|(x, y)| format!("{pixels} pixels {how}, by {most} at most, the first at x={x} y={y}"))
 }
 
 impl Verdict {
@@ -71,6 +68,8 @@ impl Verdict {
             error_bound(arithmetic, reference.layers[pixel])
         };
         Verdict {
+            frames: 1,
+            rows: reference.image.height,
             arithmetic,
             image: image.compare(&reference.image),
             golden: image.compare(reference.image_by(arithmetic)),
@@ -80,6 +79,12 @@ impl Verdict {
             dropped_since: tally.dropped_since,
             wrong: checks.into_iter().filter(|c| c.expected != c.found).collect(),
         }
+    }
+
+    /// The same of several frames of one size, which were judged as one: [`Reference::stacked`].
+    #[must_use]
+    pub fn of_frames(self, frames: u32) -> Verdict {
+        Verdict { frames, rows: self.rows / frames, ..self }
     }
 
     /// Whether the image is the one that the machine's arithmetic makes of all fragments.
@@ -109,19 +114,22 @@ impl Verdict {
             return Some(Window::Event { name: "dropped".to_string() });
         }
         let wrong = self.golden.first.or(self.beyond.first);
-        wrong.map(|(x, y)| Window::Pixel { x: x as u16, y: y as u16 })
+        wrong.map(|(x, y)| Window::Pixel { x: x as u16, y: (y % self.rows) as u16 })
     }
 
     /// What is right, in a sentence; nothing if there is a fault.
     pub fn approval(&self) -> Option<String> {
         let Difference { mismatched_pixels, max_error, .. } = self.image;
+        let images = match self.frames {
+            1 => "The image equals".to_string(),
+            frames => format!("Each of the {frames} images equals"),
+        };
         self.is_right().then(|| match self.arithmetic {
-            Arithmetic::Blend => {
-                "The image equals the golden model's, bit for bit, and every count its closed form."
-                    .to_string()
-            }
+            Arithmetic::Blend => format!(
+                "{images} the golden model's, bit for bit, and every count its closed form."
+            ),
             Arithmetic::Weights => format!(
-                "The image equals the golden model of its weighted sum, bit for bit, and every count its \
+                "{images} the golden model of its weighted sum, bit for bit, and every count its \
                  closed form. {mismatched_pixels} pixels differ from the exact blend, by {max_error} of \
                  255 at most; its arithmetic allows {}.",
                 self.error_bound
@@ -129,15 +137,27 @@ impl Verdict {
         })
     }
 
+    /// Pixels that differ, as the end of a sentence; nothing if there is none. `how` says from what.
+    fn told(&self, difference: &Difference, how: &str) -> Option<String> {
+        let Difference { mismatched_pixels: pixels, max_error: most, first } = difference;
+        let (x, y) = (*first)?;
+        let (frame, y) = (y / self.rows, y % self.rows);
+        let of = if self.frames > 1 { format!(" of frame {frame}") } else { String::new() };
+        Some(format!("{pixels} pixels {how}, by {most} at most, the first at x={x} y={y}{of}"))
+    }
+
     /// One sentence per fault; empty if there is none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
         let (golden, beyond) = match self.arithmetic {
             // Both would say the same.
-            Arithmetic::Blend => (told(&self.golden, "differ from the golden model"), None),
+            Arithmetic::Blend => (self.told(&self.golden, "differ from the golden model"), None),
             Arithmetic::Weights => (
-                told(&self.golden, "differ from the golden model of the weighted sum"),
-                told(&self.beyond, "are farther from the exact blend than the weighted sum allows"),
+                self.told(&self.golden, "differ from the golden model of the weighted sum"),
+                self.told(
+                    &self.beyond,
+                    "are farther from the exact blend than the weighted sum allows",
+                ),
             ),
         };
         if self.dropped > 0 {

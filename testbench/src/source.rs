@@ -17,6 +17,9 @@ pub enum Source {
     Trace(Trace),
 }
 
+/// Degrees by which the camera goes on from frame to frame.
+pub const DEGREES_PER_FRAME: u32 = 3;
+
 /// A frame that cannot be had.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
@@ -63,6 +66,17 @@ impl Source {
         match self {
             Source::Scene(scene) => scene.info(),
             Source::Trace(trace) => trace.info(),
+        }
+    }
+
+    /// The frame so many frames later: the camera goes round what it looks at by [`DEGREES_PER_FRAME`] each.
+    /// Nothing if the source is one frame alone.
+    pub fn later(&self, frames: u32) -> Option<Source> {
+        match self {
+            Source::Scene(scene) => {
+                scene.turned(f64::from(frames * DEGREES_PER_FRAME)).map(Source::Scene)
+            }
+            Source::Trace(_) => None,
         }
     }
 

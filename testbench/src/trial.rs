@@ -25,15 +25,17 @@ pub struct Case {
     pub reference: Arc<Reference>,
     /// How many items they are sent: fragments or primitives.
     pub items: u64,
+    /// What machines must give of the frames that come after it in the same run, each as [`Source::later`] has it.
+    pub later: Arc<[Reference]>,
     /// How often a machine plays them before the time that counts.
     pub warm_up: u32,
 }
 
 /// What a machine gave, and how it was judged.
 pub struct Trial {
-    /// Its image.
-    pub image: Image,
-    /// Whether it is right.
+    /// Its images, one for each frame.
+    pub images: Vec<Image>,
+    /// Whether they are right.
     pub verdict: Verdict,
     /// Its figures.
     pub report: Report,
@@ -90,7 +92,15 @@ impl Case {
                     let alike = machines.iter().zip(&views).filter(|(_, other)| *other == view);
                     let arithmetics = alike.map(|(machine, _)| machine.arithmetic());
                     let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
-                    Case::seen(scene, &source, view, golden, progress)?
+                    let (reference, items) = judged(&source, view, golden, progress)?;
+                    Case {
+                        scene: scene.to_string(),
+                        source: source.clone(),
+                        reference: Arc::new(reference),
+                        items,
+                        later: Arc::new([]),
+                        warm_up: 0,
+                    }
                 }
             };
             cases.push(case);
@@ -98,19 +108,31 @@ impl Case {
         Ok(cases)
     }
 
-    fn seen(
-        scene: &str,
-        source: &Arc<Source>,
-        view: &View,
-        mut golden: Golden,
+    /// The case with so many frames in all, for the one machine that it is for.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
+    ///
+    /// # Panics
+    /// The source is one frame alone.
+    pub fn with_frames(
+        self,
+        frames: u32,
+        machine: &dyn Runnable,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
-        let items = view.play::<CaseError>(source, &mut |fragment| {
-            progress.step();
-            Ok(golden.push(fragment)?)
-        })?;
-        let (scene, source) = (scene.to_string(), source.clone());
-        Ok(Case { scene, source, reference: Arc::new(golden.finish()), items, warm_up: 0 })
+        let later = (1..frames).map(|number| {
+            let source = self.source.later(number).expect("a source of several frames");
+            let golden = Golden::new(source.screen()).with(machine.arithmetic());
+            Ok(judged(&source, &machine.view(&source)?, golden, progress)?.0)
+        });
+        let later = later.collect::<Result<_, CaseError>>()?;
+        Ok(Case { later, ..self })
+    }
+
+    /// How many frames a run has.
+    pub fn frames(&self) -> u32 {
+        1 + self.later.len() as u32
     }
 
     /// Sends the scene through a machine of the architecture `arch` and judges what it gives. Where the model
@@ -161,7 +183,7 @@ impl Case {
     }
 
     fn job<'a>(&'a self, wave: Option<&'a WaveJob>, progress: &'a mut Progress) -> Job<'a> {
-        Job { source: &self.source, warm_up: self.warm_up, wave, progress }
+        Job { source: &self.source, frames: self.frames(), warm_up: self.warm_up, wave, progress }
     }
 
     /// Judges what a machine gave.
@@ -171,17 +193,42 @@ impl Case {
         machine: &dyn Runnable,
         outcome: Outcome,
     ) -> Result<Trial, BenchError> {
-        let (screen, reference) = (self.source.screen(), &*self.reference);
-        let histogram = reference.stored_histogram.clone();
-        let census = Census { stored: reference.stored, histogram };
-        let closed_forms = machine.closed_forms(&outcome.tally, &census);
-        let Outcome { image, tally, wave } = outcome;
+        let references = [&*self.reference].into_iter().chain(&*self.later);
+        let censuses: Vec<Census> = references.clone().map(Reference::census).collect();
+        let closed_forms = machine.closed_forms(&outcome.tally, &censuses);
+        let Outcome { images, tally, wave } = outcome;
         let arithmetic = machine.arithmetic();
-        let verdict = Verdict::new(reference, arithmetic, &image, &tally, closed_forms);
-        let values = machine.values();
+        let several;
+        let (reference, verdict) = match &images[..] {
+            [image] => {
+                let reference = &*self.reference;
+                (reference, Verdict::new(reference, arithmetic, image, &tally, closed_forms))
+            }
+            images => {
+                several = Reference::stacked(references);
+                let image = Image::stacked(images);
+                let verdict = Verdict::new(&several, arithmetic, &image, &tally, closed_forms);
+                (&several, verdict.of_frames(self.frames()))
+            }
+        };
+        let (screen, values) = (self.source.screen(), machine.values());
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
-        Ok(Trial { image, verdict, report, wave })
+        Ok(Trial { images, verdict, report, wave })
     }
+}
+
+/// What the golden model says of a frame that is seen so, and how many items it has.
+fn judged(
+    source: &Source,
+    view: &View,
+    mut golden: Golden,
+    progress: &mut Progress,
+) -> Result<(Reference, u64), CaseError> {
+    let items = view.play::<CaseError>(source, &mut |fragment| {
+        progress.step();
+        Ok(golden.push(fragment)?)
+    })?;
+    Ok((golden.finish(), items))
 }
 
 #[cfg(test)]

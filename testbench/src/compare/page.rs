@@ -200,7 +200,7 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
     );
     text += &figure(&reference.image, "The image by the golden model: the exact blend.")?;
     let runs = comparison.machines.iter().zip(&scene.trials);
-    let differ = |trial: &Trial| trial.image.compare(&reference.image).mismatched_pixels;
+    let differ = |trial: &Trial| trial.images[0].compare(&reference.image).mismatched_pixels;
     let (same, different): (Vec<_>, Vec<_>) = runs.partition(|(_, trial)| differ(trial) == 0);
     if !same.is_empty() {
         let same: Vec<String> = same.iter().map(|(machine, _)| escaped(machine)).collect();
@@ -209,7 +209,7 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
     for (machine, trial) in different {
         let pixels = number(differ(trial));
         let caption = format!("The image by {machine}: {pixels} pixels differ.");
-        text += &figure(&trial.image, &caption)?;
+        text += &figure(&trial.images[0], &caption)?;
     }
     let caption =
         "Layers at each pixel: transparent fragments that are in front of all that is opaque.";

@@ -3,7 +3,7 @@
 //! Space is right-handed with y up. Depth runs from 0 on the near plane to 1 on the far plane; both planes are fitted
 //! to the scene, so that the 24 bits of a fragment's depth are spent on what is there.
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DQuat, DVec3, Vec3};
 use std::fmt;
 use std::str::FromStr;
 
@@ -90,6 +90,12 @@ impl Camera {
         Camera { eye: eye.as_dvec3(), target: target.as_dvec3(), fov }
     }
 
+    /// The camera after going round its target by so many degrees, counter-clockwise as seen from above.
+    pub(super) fn turned(self, degrees: f64) -> Camera {
+        let turn = DQuat::from_rotation_y(degrees.to_radians());
+        Camera { eye: self.target + turn * (self.eye - self.target), ..self }
+    }
+
     /// A camera that sees all points with a small margin, in a frame of `aspect` = width / height.
     pub(super) fn framing(points: &[Vec3], aspect: f64) -> Camera {
         let low = points.iter().copied().reduce(Vec3::min).unwrap_or_default().as_dvec3();
@@ -165,6 +171,15 @@ mod tests {
                 )
             );
         }
+    }
+
+    #[test]
+    fn a_camera_goes_round_its_target_at_the_same_height() {
+        let camera = Camera::new(Vec3::new(5.0, 7.0, 4.0), Vec3::new(2.0, 1.0, 4.0), 30.0);
+        let Camera { eye, target, fov } = camera.turned(90.0);
+        assert!((eye - DVec3::new(2.0, 7.0, 1.0)).length() < 1e-12, "{eye}");
+        assert_eq!((target, fov), (camera.target, camera.fov));
+        assert!((camera.turned(360.0).eye - camera.eye).length() < 1e-12);
     }
 
     proptest! {

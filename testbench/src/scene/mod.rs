@@ -30,7 +30,8 @@ use built_in::smoke::Smoke;
 use geometry::Part;
 use pellucid_hw::pixel::{Fragment, MAX_SIDE, Screen};
 use pellucid_hw::primitive::Primitive;
-use shade::Surface;
+use shade::{Projected, Surface};
+use std::sync::Arc;
 
 /// Width of a frame where none is asked for, in pixels.
 const DEFAULT_WIDTH: u32 = 640;
@@ -60,6 +61,7 @@ pub struct Scene {
 #[derive(Debug)]
 enum Content {
     Surface(Surface),
+    Panes(Projected),
     Smoke(Smoke),
     Paper(Paper),
 }
@@ -102,6 +104,14 @@ impl Scene {
                 let info = info(built_in::smoke::BACKGROUND);
                 Ok(Scene { info, content: Content::Smoke(Smoke::new(options.camera, info)) })
             }
+            "panes" => {
+                refuse_alphas(name, options)?;
+                refuse_camera(name, options)?;
+                let (vertices, triangles) = built_in::panes::triangles();
+                let info = info(built_in::panes::BACKGROUND);
+                let content = Content::Panes(Projected::new(vertices, triangles, info));
+                Ok(Scene { info, content })
+            }
             _ => match built_in::paper::frame(name) {
                 Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
                 None => {
@@ -109,6 +119,18 @@ impl Scene {
                     surface(name, parts, options.camera, info(built_in::BACKDROP), options)
                 }
             },
+        }
+    }
+
+    /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,
+    /// counter-clockwise as seen from above. Only scenes of triangles can be seen so.
+    pub fn turned(&self, degrees: f64) -> Option<Scene> {
+        match &self.content {
+            Content::Surface(surface) => {
+                let content = Content::Surface(surface.turned(degrees));
+                Some(Scene { info: self.info, content })
+            }
+            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
     }
 
@@ -125,7 +147,8 @@ impl Scene {
     /// The receiver's first error, after which nothing more is sent.
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         match &self.content {
-            Content::Surface(surface) => surface.play(sink),
+            Content::Surface(surface) => surface.projected.play(sink),
+            Content::Panes(panes) => panes.play(sink),
             Content::Smoke(smoke) => smoke.play(sink),
             Content::Paper(paper) => paper.play(sink),
         }
@@ -142,7 +165,8 @@ impl Scene {
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
         match &self.content {
-            Content::Surface(surface) => surface.play_primitives(sink),
+            Content::Surface(surface) => surface.projected.play_primitives(sink),
+            Content::Panes(panes) => panes.play_primitives(sink),
             Content::Smoke(_) | Content::Paper(_) => {
                 self.play(&mut |fragment| sink(point(fragment)))
             }
@@ -152,7 +176,8 @@ impl Scene {
     /// How many triangles, particles or pixel layers a call of [`Scene::play`] goes through.
     pub fn primitives(&self) -> usize {
         match &self.content {
-            Content::Surface(surface) => surface.triangles(),
+            Content::Surface(surface) => surface.projected.triangles(),
+            Content::Panes(panes) => panes.triangles(),
             Content::Smoke(smoke) => smoke.particles(),
             Content::Paper(paper) => paper.layers(),
         }
@@ -167,15 +192,13 @@ fn surface(
     options: &Options,
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
-    Ok(Scene { info, content: Content::Surface(Surface::new(&parts, camera, info)) })
+    Ok(Scene { info, content: Content::Surface(Surface::new(Arc::new(parts), camera, info)) })
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
     let scene = || name.to_owned();
     refuse_alphas(name, options)?;
-    if options.camera.is_some() {
-        return Err(SceneError::NoCamera { scene: scene() });
-    }
+    refuse_camera(name, options)?;
     if info.width != DEFAULT_WIDTH {
         return Err(SceneError::FixedSize { scene: scene(), what: "width", side: info.width });
     }
@@ -189,6 +212,13 @@ fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {
     match options.alphas.is_empty() {
         true => Ok(()),
         false => Err(SceneError::NoMeshes { scene: name.into() }),
+    }
+}
+
+fn refuse_camera(name: &str, options: &Options) -> Result<(), SceneError> {
+    match options.camera {
+        None => Ok(()),
+        Some(_) => Err(SceneError::NoCamera { scene: name.into() }),
     }
 }
 

@@ -11,6 +11,7 @@ use super::raster::Raster;
 use glam::{Vec3, Vec4};
 use pellucid_hw::pixel::Fragment;
 use pellucid_hw::primitive::Primitive;
+use std::sync::Arc;
 
 /// Direction of the key light in the camera's right, up and back axes.
 const KEY_LIGHT: Vec3 = Vec3::new(-0.45, 0.75, 0.6);
@@ -19,9 +20,19 @@ const SHININESS: i32 = 48;
 /// Highest alpha that a rim or highlight gives to a transparent part.
 const MOST_RIM_ALPHA: f32 = 0.95;
 
-/// Triangles in order of submission, lit and projected.
+/// Parts as a camera sees them, lit.
 #[derive(Debug)]
 pub(super) struct Surface {
+    parts: Arc<Vec<Part>>,
+    camera: Camera,
+    info: Screen,
+    /// Their triangles.
+    pub projected: Projected,
+}
+
+/// Projected triangles in order of submission, with the colours of their corners.
+#[derive(Debug)]
+pub(super) struct Projected {
     vertices: Vec<Vertex>,
     triangles: Vec<[u32; 3]>,
     raster: Raster,
@@ -29,14 +40,14 @@ pub(super) struct Surface {
 
 impl Surface {
     /// Lights the parts as seen by the camera, or by one that shows all of them if `None`.
-    pub fn new(parts: &[Part], camera: Option<Camera>, info: Screen) -> Surface {
+    pub fn new(parts: Arc<Vec<Part>>, camera: Option<Camera>, info: Screen) -> Surface {
         let points: Vec<Vec3> = parts.iter().flat_map(|part| &part.positions).copied().collect();
         let aspect = f64::from(info.width) / f64::from(info.height);
         let camera = camera.unwrap_or_else(|| Camera::framing(&points, aspect));
         let view = camera.view(&points, aspect);
         let mut vertices = Vec::with_capacity(points.len());
         let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
-        for part in parts {
+        for part in &*parts {
             let first = vertices.len() as u32;
             triangles.extend(part.triangles.iter().map(|corners| corners.map(|i| first + i)));
             let normals = part.unit_normals();
@@ -45,7 +56,20 @@ impl Surface {
                 colour: lit(part, i, normals[i], &view),
             }));
         }
-        Surface { vertices, triangles, raster: Raster::new(info) }
+        let projected = Projected::new(vertices, triangles, info);
+        Surface { parts, camera, info, projected }
+    }
+
+    /// The same parts after the camera has gone round what it looks at by so many degrees.
+    pub fn turned(&self, degrees: f64) -> Surface {
+        Surface::new(self.parts.clone(), Some(self.camera.turned(degrees)), self.info)
+    }
+}
+
+impl Projected {
+    /// Triangles by the numbers of their corners.
+    pub fn new(vertices: Vec<Vertex>, triangles: Vec<[u32; 3]>, info: Screen) -> Projected {
+        Projected { vertices, triangles, raster: Raster::new(info) }
     }
 
     /// How many triangles a play goes through.

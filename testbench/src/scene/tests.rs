@@ -84,6 +84,19 @@ fn alpha_rules_reach_the_fragments_by_name_and_in_order() {
 }
 
 #[test]
+fn scenes_of_triangles_are_seen_from_all_sides() {
+    for name in ["glass", "teapot"] {
+        let scene = Scene::open(name, &sized(64, 48)).unwrap();
+        let turned = |degrees| scene.turned(degrees).unwrap();
+        assert_ne!(fragments(&turned(3.0)), fragments(&scene));
+        assert!(fragments(&turned(90.0)).len() > 500);
+    }
+    for name in ["smoke", "paper-0"] {
+        assert!(Scene::open(name, &Options::default()).unwrap().turned(3.0).is_none());
+    }
+}
+
+#[test]
 fn bad_options_are_refused_with_a_sentence() {
     let none = Options::default();
     let camera = Options { camera: Some("0,0,1:0,0,0".parse().unwrap()), ..none.clone() };
@@ -92,7 +105,7 @@ fn bad_options_are_refused_with_a_sentence() {
         (
             "glas",
             none.clone(),
-            "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, paper-0, paper-120, \
+            "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, panes, paper-0, paper-120, \
              paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a file: a mesh \
              (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
         ),

@@ -56,6 +56,33 @@ fn each_arithmetic_is_held_to_its_own_image() {
     );
 }
 
+/// Three frames, of which the last one has the weighted sum's image.
+#[test]
+fn a_fault_is_told_with_its_frame() {
+    let frame = reference();
+    let three = Reference::stacked([&frame; 3]);
+    assert_eq!((three.fragments, three.layer_histogram[0]), (9, 3 * frame.layer_histogram[0]));
+    let tally = || {
+        let fragments = Fragments { arrived: 9, stored: 9, blended: 9, ..Fragments::default() };
+        Tally { fragments, ..Tally::default() }
+    };
+    let judged = |last: Arithmetic| {
+        let images = [Arithmetic::Blend, Arithmetic::Blend, last];
+        let image = Image::stacked(images.map(|arithmetic| frame.image_by(arithmetic)));
+        Verdict::new(&three, Arithmetic::Blend, &image, &tally(), vec![]).of_frames(3)
+    };
+    assert_eq!(
+        judged(Arithmetic::Blend).approval().unwrap(),
+        "Each of the 3 images equals the golden model's, bit for bit, and every count its closed form."
+    );
+    let wrong = judged(Arithmetic::Weights);
+    assert_eq!(
+        wrong.faults(),
+        ["1 pixels differ from the golden model, by 1 at most, the first at x=1 y=0 of frame 2"]
+    );
+    assert_eq!(wrong.place(), Some(Window::Pixel { x: 1, y: 0 }));
+}
+
 #[test]
 fn the_exact_blend_is_a_fault_of_a_weighted_sum() {
     let verdict = judged(Arithmetic::Weights, reference().image_by(Arithmetic::Blend), 0);

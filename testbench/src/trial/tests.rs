@@ -54,8 +54,8 @@ impl Runnable for Broken {
             job.source.play(&mut |fragment| bench.send(Marked::item(fragment)))?;
             bench.end_frame()
         })?;
-        let image = bench.take_images().pop().unwrap();
-        Ok(Outcome { image, tally: bench.tally(), wave })
+        let images = bench.take_images();
+        Ok(Outcome { images, tally: bench.tally(), wave })
     }
     fn netlist(&self) -> Module {
         elaborate::<Buffer>(&self.cfg)
@@ -63,7 +63,7 @@ impl Runnable for Broken {
     fn record(&self, _: &Module, _: &Source, _: Stimulus, _: &Path) -> Result<u64, BenchError> {
         Ok(0)
     }
-    fn closed_forms(&self, _: &Tally, _: &Census) -> Vec<Check> {
+    fn closed_forms(&self, _: &Tally, _: &[Census]) -> Vec<Check> {
         vec![]
     }
 }

@@ -12,6 +12,7 @@ mod area;
 mod bad_input;
 mod compare;
 mod export;
+mod frames;
 mod reproduce;
 mod results;
 mod wave;

@@ -4,7 +4,7 @@ use pellucid_hw::allocator::AllocatorKind;
 use pellucid_hw::machine::{Census, Check, Frame, Machine, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_sim::block::Cycle;
-use pellucid_sim::{Label, Signals, Sim, Stream};
+use pellucid_sim::{Label, Registers, Signals, Sim, Stream};
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
@@ -28,7 +28,7 @@ pub trait Tested:
     Machine<
         Item = Fragment,
         Config: Copy + Debug,
-        State: Signals<Config = Self::Config>,
+        State: Registers<Config = Self::Config>,
         Out: Signals<Config = Self::Config>,
     > + 'static
 {
@@ -38,20 +38,8 @@ pub trait Tested:
     fn fitted(cfg: Self::Config, _: &[Vec<Fragment>]) -> Self::Config {
         cfg
     }
-    /// What a closed form says of several frames.
-    fn over_frames(check: &Check) -> OverFrames;
     /// Fragments that resolve works on, one a cycle, and cycles of it without one.
     fn resolved(tally: &Tally) -> [u64; 2];
-}
-
-/// What a closed form says of several frames.
-pub enum OverFrames {
-    /// The same as of all of them as one.
-    Together,
-    /// The sum of what it says of each.
-    Sum,
-    /// The most that it says of one.
-    Max,
 }
 
 /// A machine and what surrounds it.
@@ -163,20 +151,10 @@ impl<M: Tested> Setup<M> {
         Ok(tried(self.run(&[frame.to_vec()]))?.images.remove(0))
     }
 
-    /// What the closed forms say of several frames: sums, but for the sections in use at once.
+    /// What the closed forms say of several frames.
     pub fn closed_forms(&self, tally: &Tally, references: &[Reference]) -> Vec<Check> {
-        let each: Vec<Vec<Check>> =
-            references.iter().map(|r| M::closed_forms(&self.cfg, tally, &census(r))).collect();
-        let mut checks = M::closed_forms(&self.cfg, tally, &census(&stacked(references)));
-        for (k, check) in checks.iter_mut().enumerate() {
-            let of_each = each.iter().map(|checks| checks[k].expected);
-            match M::over_frames(check) {
-                OverFrames::Together => {}
-                OverFrames::Sum => check.expected = of_each.sum(),
-                OverFrames::Max => check.expected = of_each.max().unwrap_or(0),
-            }
-        }
-        checks
+        let frames: Vec<Census> = references.iter().map(Reference::census).collect();
+        M::closed_forms(&self.cfg, tally, &frames)
     }
 }
 
@@ -203,51 +181,6 @@ pub fn effort() -> ProptestConfig {
 /// A run's error as a failed case, so that it shrinks.
 pub fn tried<T>(result: Result<T, BenchError>) -> Result<T, TestCaseError> {
     result.map_err(|error| TestCaseError::fail(error.to_string()))
-}
-
-pub fn census(reference: &Reference) -> Census {
-    Census { stored: reference.stored, histogram: reference.stored_histogram.clone() }
-}
-
-/// Images one below the other.
-pub fn stack<'a>(images: impl IntoIterator<Item = &'a Image>) -> Image {
-    let mut all = Image { width: 0, height: 0, pixels: vec![] };
-    for image in images {
-        all.width = image.width;
-        all.height += image.height;
-        all.pixels.extend(&image.pixels);
-    }
-    all
-}
-
-fn add(sum: &mut Vec<u64>, histogram: &[u64]) {
-    sum.resize(sum.len().max(histogram.len()), 0);
-    for (sum, count) in sum.iter_mut().zip(histogram) {
-        *sum += count;
-    }
-}
-
-/// Several frames as if they were one, with their images one below the other.
-pub fn stacked(references: &[Reference]) -> Reference {
-    let mut sum = references[0].clone();
-    for r in &references[1..] {
-        sum.fragments += r.fragments;
-        sum.opaque += r.opaque;
-        sum.transparent += r.transparent;
-        sum.culled += r.culled;
-        sum.blended += r.blended;
-        sum.transparent_pixels += r.transparent_pixels;
-        sum.max_layers = sum.max_layers.max(r.max_layers);
-        sum.stored += r.stored;
-        sum.stored_pixels += r.stored_pixels;
-        sum.layers.extend(&r.layers);
-        add(&mut sum.layer_histogram, &r.layer_histogram);
-        add(&mut sum.stored_histogram, &r.stored_histogram);
-    }
-    sum.image = stack(references.iter().map(|r| &r.image));
-    let weighted: Option<Vec<_>> = references.iter().map(|r| r.weighted.as_ref()).collect();
-    sum.weighted = weighted.map(stack);
-    sum
 }
 
 /// Small screens, and one with several words of occupancy of which the last is not full.
@@ -361,7 +294,7 @@ pub fn check_declared<M: Tested>(
             taken = M::ports(&out).item_ready;
             let mut values = vec![];
             q.sample(cfg, &mut values);
-            out.sample(cfg, &mut values);
+            Signals::sample(&out, cfg, &mut values);
             Ok::<_, TestCaseError>(values)
         };
         prop_assert_eq!(seen(&mut whole)?, seen(&mut declared)?, "in cycle {}", cycle);
@@ -414,6 +347,8 @@ macro_rules! properties {
             use pellucid_hw::pixel::{Fragment, Marked, Z_FAR};
             use pellucid_sim::Stream;
             use pellucid_testbench::bench::Bench;
+            use pellucid_testbench::golden::Reference;
+            use pellucid_testbench::image::Image;
             use pellucid_testbench::scoreboard::Verdict;
 
             proptest! {
@@ -425,7 +360,7 @@ macro_rules! properties {
                         let references: Vec<_> = frames.iter().map(|f| setup.golden(f)).collect();
                         let run = tried(setup.run(&frames))?;
                         let forms = setup.closed_forms(&run.tally, &references);
-                        let (all, image) = (stacked(&references), stack(&run.images));
+                        let (all, image) = (Reference::stacked(&references), Image::stacked(&run.images));
                         let arithmetic = <$machine as Machine>::ARITHMETIC;
                         let verdict = Verdict::new(&all, arithmetic, &image, &run.tally, forms);
                         prop_assert!(verdict.is_right(), "{:?}", verdict.faults());

@@ -1,12 +1,12 @@
 //! The M-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, allocator, check_drops, effort, one_frame, properties,
-    tried, without_place,
+    ENOUGH, Setup, Tested, allocator, check_drops, effort, one_frame, properties, tried,
+    without_place,
 };
 use crate::presets::papers_frames_at_the_target_rate;
 use pellucid_hw::allocator::{Allocator, Chosen};
-use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::machine::Tally;
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config::{Config, Params, Weights};
 use pellucid_hw::pixel::{Fragment, Screen};
@@ -19,11 +19,6 @@ type Buffer = MBuffer<Chosen>;
 impl<A: Allocator> Tested for MBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
         params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
-    }
-
-    fn over_frames(check: &Check) -> OverFrames {
-        let peak = check.what.starts_with("sections beyond");
-        if peak { OverFrames::Max } else { OverFrames::Together }
     }
 
     fn resolved(tally: &Tally) -> [u64; 2] {

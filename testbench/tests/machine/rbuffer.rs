@@ -1,11 +1,11 @@
 //! The R-buffer.
 
 use crate::frames::{
-    ADDED, ENOUGH, OverFrames, Setup, Tested, check_drops, effort, fragments, one_frame,
-    properties, screens, tried,
+    ADDED, ENOUGH, Setup, Tested, check_drops, effort, fragments, one_frame, properties, screens,
+    tried,
 };
 use crate::presets::preset;
-use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::machine::Tally;
 use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config::{Config, Overflow, Params};
@@ -39,14 +39,6 @@ impl Tested for RBuffer {
         let deepest = deepest.max().unwrap_or_default() + ADDED;
         let queue = cfg.params.queue.max(deepest as u32);
         Config::new(cfg.screen, Params { queue, ..cfg.params }).unwrap()
-    }
-
-    fn over_frames(check: &Check) -> OverFrames {
-        match check.what.split([':', ',']).next() {
-            Some("passes") => OverFrames::Sum,
-            Some("most fragments in the queue") => OverFrames::Max,
-            _ => OverFrames::Together,
-        }
     }
 
     fn resolved(tally: &Tally) -> [u64; 2] {

@@ -1,12 +1,11 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, OverFrames, Setup, Tested, allocator, check_drops, effort, one_frame, properties,
-    without_place,
+    ENOUGH, Setup, Tested, allocator, check_drops, effort, one_frame, properties, without_place,
 };
 use crate::presets::{assert_rate, papers_frames_at_the_target_rate};
 use pellucid_hw::allocator::{Allocator, Chosen};
-use pellucid_hw::machine::{Check, Tally};
+use pellucid_hw::machine::Tally;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
@@ -19,11 +18,6 @@ type Buffer = TBuffer<Chosen>;
 impl<A: Allocator> Tested for TBuffer<A> {
     fn machines(screen: Screen) -> BoxedStrategy<Config> {
         params().prop_map(move |params| Config::new(screen, params).unwrap()).boxed()
-    }
-
-    fn over_frames(check: &Check) -> OverFrames {
-        let peak = check.what.starts_with("sections in use");
-        if peak { OverFrames::Max } else { OverFrames::Together }
     }
 
     fn resolved(tally: &Tally) -> [u64; 2] {

@@ -2,6 +2,7 @@
 
 mod field;
 pub(super) mod glass;
+pub(super) mod panes;
 pub(super) mod paper;
 mod patches;
 mod shapes;
@@ -20,13 +21,17 @@ pub struct BuiltIn {
     pub about: &'static str,
 }
 
-const BUILT_IN: [BuiltIn; 11] = [
+const BUILT_IN: [BuiltIn; 12] = [
     BuiltIn {
         name: "glass",
         about: "tinted panes and spheres that intersect, among opaque things on a checkered floor",
     },
     BuiltIn { name: "teapot", about: "the Utah teapot, half transparent" },
     BuiltIn { name: "smoke", about: "a column of soft particles, dozens of layers deep" },
+    BuiltIn {
+        name: "panes",
+        about: "the example of the image composition paper: seven panes, where all meet yellow over blue is green",
+    },
     BuiltIn { name: "paper-0", about: "pixels and layers of frame 0 of the T-buffer paper" },
     BuiltIn { name: "paper-120", about: "pixels and layers of frame 120 of the T-buffer paper" },
     BuiltIn { name: "paper-180", about: "pixels and layers of frame 180 of the T-buffer paper" },
