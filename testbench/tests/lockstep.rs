@@ -23,7 +23,7 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 15] = [
+const WAYS: [&[&str]; 17] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
@@ -50,7 +50,15 @@ const WAYS: [&[&str]; 15] = [
     &["--arch", "mbuffer", "-p", "weights=registers"],
     &["--arch", "mbuffer", "-p", "weights=memory"],
     &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
+    &["--arch", "composer"],
+    &["--arch", "composer", "-p", "scan_line_engines=2", "-p", "distribution=area", "-p", "beta=0"],
 ];
+
+/// Those of them that are worth a larger frame: allocators differ where little is free, and the image composition
+/// machine has so much in it that Verilator has to play it.
+fn worth_a_frame(way: &[&str]) -> bool {
+    way[1] != "composer" && !way.iter().any(|arg| arg.starts_with("allocator="))
+}
 
 /// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the
 /// T-buffer's sorter, so that outside memory is used and several passes occur.
@@ -75,6 +83,16 @@ fn tight(arch: &str) -> &'static [&'static str] {
             "outside_latency=9",
             "-p",
             "array=2",
+        ],
+        "composer" => &[
+            "-p",
+            "engines=3",
+            "-p",
+            "primitives=4096",
+            "-p",
+            "line_primitives=512",
+            "-p",
+            "sorter_depth=3",
         ],
         _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
     }
@@ -269,7 +287,7 @@ fn icarus_agrees_over_a_complete_frame() {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
     }
-    for way in WAYS {
+    for way in WAYS.iter().filter(|way| worth_a_frame(way)) {
         let screen = ["--width", "160", "--height", "120"];
         let folder = export(&[&screen[..], way].concat());
         passes(folder.path(), &icarus(folder.path()));
@@ -282,7 +300,8 @@ fn verilator_has_no_complaint() {
         return;
     }
     for way in WAYS {
-        let folder = export(&[&["--width", "4", "--height", "3"], way].concat());
+        let engines: &[&str] = if way[1] == "composer" { &["-p", "engines=2"] } else { &[] };
+        let folder = export(&[&["--width", "4", "--height", "3"][..], way, engines].concat());
         let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
         let modules = list.lines().filter(|file| !file.starts_with("lockstep"));
         let mut args = vec!["--lint-only", "-Wall", "--top-module", way[1]];
@@ -302,6 +321,9 @@ fn verilator_agrees_over_a_large_frame_and_over_stress() {
         let folder = export(&["--arch", arch, "--scene", "paper-480"]);
         passes(folder.path(), &verilator(folder.path()));
     }
+    let composer = ["--arch", "composer", "--width", "160", "--height", "120", "-p", "engines=4"];
+    let folder = export(&[&composer[..], &["-p", "primitives=65536"]].concat());
+    passes(folder.path(), &verilator(folder.path()));
     // The same modules for another screen: stalls, a reset and two frames in a row.
     let folder =
         export(&[&SMALL[..], tight("tbuffer"), &["--stress", "--preset", "paper"]].concat());
@@ -379,5 +401,23 @@ fn a_fault_in_the_text_of_the_mbuffer_is_seen() {
     faults_are_seen(
         &[&in_memory, tight("mbuffer")].concat(),
         &[("weigh.v", "word_data_z_i < ", "word_data_z_i > ")],
+    );
+}
+
+#[test]
+fn a_fault_in_the_text_of_the_composer_is_seen() {
+    faults_are_seen(
+        &[&["--arch", "composer"], tight("composer")].concat(),
+        &[
+            ("bucket_sort.v", "item_row_i} - line", "item_row_i} + line"),
+            ("buckets_buckets_0.v", "filled_q + ", "filled_q - "),
+            ("distributor.v", "turn_q} + ", "turn_q} - "),
+            ("layers.v", "z_2 < ", "z_2 > "),
+            ("merging_unit.v", "both_local_z_q < ", "both_local_z_q > "),
+            ("raster.v", "row_q} + ", "row_q} - "),
+            ("scan_line.v", "merged_q + ", "merged_q - "),
+            ("sweep_along.v", "(before_q - ", "(before_q + "),
+            ("walker.v", "walk_payload_item_at_z_q + ", "walk_payload_item_at_z_q - "),
+        ],
     );
 }

@@ -9,6 +9,8 @@ mod timing;
 
 use page::{documented, holds, link_targets, root, text_of};
 use pellucid_hw::allocator::{self, FreeList};
+use pellucid_hw::composer;
+use pellucid_hw::composer::scan_lines::ScanLines;
 use pellucid_hw::mbuffer;
 use pellucid_hw::params::{Parameters, Preset};
 use pellucid_hw::pixel::Screen;
@@ -16,7 +18,7 @@ use pellucid_hw::rbuffer;
 use pellucid_hw::tbuffer::State;
 use pellucid_hw::tbuffer::config::{Append, Config, PRESETS, Params, Scan};
 use pellucid_sim::netlist::elaborate;
-use pellucid_sim::{Declare, Kind, Signals};
+use pellucid_sim::{Declare, Kind, Registers};
 use pellucid_testbench::arch::ARCHITECTURES;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -26,13 +28,17 @@ use std::process::Command;
 fn what_pages_quote_from_the_sources_is_there() {
     let example = documented("sim/src/lib.rs", "```\n");
     holds("clock.md", "example", &format!("```rust\n{example}\n```\n"));
-    for arch in ["tbuffer", "rbuffer", "mbuffer"] {
+    for arch in ["tbuffer", "rbuffer", "mbuffer", "composer"] {
         let diagram = documented(&format!("hw/src/{arch}/mod.rs"), "```text\n");
         holds(&format!("{arch}.md"), "diagram", &format!("```text\n{diagram}\n```\n"));
     }
     for (file, part) in [("mod", "chains"), ("read_back", "read-back")] {
         let diagram = documented(&format!("hw/src/chains/{file}.rs"), "```text\n");
         holds("tbuffer.md", part, &format!("```text\n{diagram}\n```\n"));
+    }
+    for (file, part) in [("merger", "merger"), ("scan_line/mod", "scan-line")] {
+        let diagram = documented(&format!("hw/src/composer/{file}.rs"), "```text\n");
+        holds("composer.md", part, &format!("```text\n{diagram}\n```\n"));
     }
     let line = documented("hw/src/mbuffer/array.rs", "```text\n");
     holds("mbuffer.md", "array", &format!("```text\n{line}\n```\n"));
@@ -69,6 +75,7 @@ fn the_tables_of_parameters_and_presets_are_those_of_the_code() {
     parameters_and_presets("tbuffer.md", PRESETS);
     parameters_and_presets("rbuffer.md", rbuffer::config::PRESETS);
     parameters_and_presets("mbuffer.md", mbuffer::config::PRESETS);
+    parameters_and_presets("composer.md", composer::config::PRESETS);
 }
 
 /// Collects the state machines of a bundle of registers.
@@ -104,8 +111,14 @@ fn the_numbers_of_states_are_those_of_the_code() {
     let cfg = mbuffer::config::Config::new(screen, mbuffer::config::Params::default()).unwrap();
     let mut mbuffer = StateMachines::default();
     mbuffer::State::<FreeList>::declare(&cfg, "registers", &mut mbuffer);
+    let params = composer::config::Params { engines: 1, ..composer::config::Params::default() };
+    let cfg = composer::config::Config::new(screen, params).unwrap();
+    let mut composer = StateMachines::default();
+    composer::State::<ScanLines>::declare(&cfg, "registers", &mut composer);
     let mut table = String::from("| architecture | state machine | states |\n|---|---|---|\n");
-    for (arch, machines) in [("tbuffer", tbuffer), ("rbuffer", rbuffer), ("mbuffer", mbuffer)] {
+    let all =
+        [("tbuffer", tbuffer), ("rbuffer", rbuffer), ("mbuffer", mbuffer), ("composer", composer)];
+    for (arch, machines) in all {
         for (path, states) in machines.found {
             let states: Vec<String> = states
                 .iter()

@@ -261,7 +261,7 @@ fn bad_machines_and_scenes_are_refused() {
     for (machine, message) in [
         (
             "tbufer:fast",
-            "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`",
+            "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`",
         ),
         (
             "tbuffer:fats",

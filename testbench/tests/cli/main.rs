@@ -11,6 +11,7 @@ use tempfile::TempDir;
 mod area;
 mod bad_input;
 mod compare;
+mod composer;
 mod export;
 mod frames;
 mod reproduce;

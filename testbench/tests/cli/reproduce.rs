@@ -63,9 +63,47 @@ fn the_t_buffer_paper_comes_out() {
 #[test]
 fn an_unknown_comparison_is_refused() {
     let folder = folder();
-    let output = pellucid(folder.path(), &["reproduce", "composer"]);
+    let output = pellucid(folder.path(), &["reproduce", "paper"]);
     let said = stderr(&output);
-    assert!(said.starts_with("error: invalid value 'composer' for '<WHAT>'\n"), "{said}");
-    assert!(said.contains("[possible values: tbuffer]"), "{said}");
+    assert!(said.starts_with("error: invalid value 'paper' for '<WHAT>'\n"), "{said}");
+    assert!(said.contains("[possible values: tbuffer, composer]"), "{said}");
     assert_eq!(output.status.code(), Some(2));
+}
+
+/// Seed document 001, section 3.5, with its formulas for one line.
+#[test]
+fn the_image_composition_papers_times_come_out() {
+    let folder = folder();
+    let output = exact(pellucid(folder.path(), &["reproduce", "composer", "--json", "--quiet"]));
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
+    // v, w, t in nanoseconds, n; T_m and T_in in milliseconds as they come out of the formulas.
+    let cases = [
+        (640u64, 480u64, 80u64, 16u64, 25.349, 0.0579),
+        (1280, 1024, 20, 16, 26.625, 0.0273),
+        (640, 480, 80, 1024, 25.672, 0.3805),
+        (1280, 1024, 20, 1024, 26.706, 0.1079),
+    ];
+    for (k, (v, w, t, n, merge, first)) in cases.into_iter().enumerate() {
+        let case = &json["cases"][k];
+        let line = v + 20;
+        let lines = case["counted_lines"].as_u64().unwrap();
+        assert_eq!(lines, if n == 16 { w } else { 2 });
+        let counted = serde_json::json!({
+            "merge": line * lines + 4 * n, "first_line": line + 4 * n, "last_line": line
+        });
+        assert_eq!(case["counted_clocks"], counted);
+        assert_eq!(case["closed_form_clocks"], counted);
+        let near = |what: &str, expected: f64, digits: f64| {
+            let found = case["closed_form"][what].as_f64().unwrap();
+            assert!((found - expected).abs() <= digits, "{what}: {found}, expected {expected}");
+        };
+        near("merge_ms", merge, 0.0006);
+        near("first_line_ms", first, 0.00006);
+        near("last_line_ms", (line * t) as f64 * 1e-6, 1e-9);
+        near("lost_percent", ((2 * line + 4 * n) * t) as f64 * 1e-4 / 33.3, 1e-9);
+    }
+    // What is printed and does not come out is named.
+    assert_eq!(json["cases"][1]["printed"]["first_line_ms"], 0.038);
+    assert!(json["cases"][1]["slips"]["first_line_ms"].is_string());
+    assert!(json["cases"][0]["slips"]["first_line_ms"].is_null());
 }

@@ -1,0 +1,93 @@
+//! The image composition machine.
+
+use super::*;
+
+const COMPOSER: [&str; 2] = ["--arch", "composer"];
+
+/// The pixel of an image in the middle.
+fn middle(path: &Path) -> [u8; 3] {
+    let file = std::io::BufReader::new(fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    let at = (info.height / 2 * info.width + info.width / 2) as usize * 3;
+    [pixels[at], pixels[at + 1], pixels[at + 2]]
+}
+
+/// Seed 001, figure 7: 128 of 255 of yellow over blue. The T-buffer says the same.
+#[test]
+fn where_the_panes_meet_yellow_over_blue_is_green() {
+    let folder = folder();
+    for arch in ["composer", "tbuffer"] {
+        let args = ["--arch", arch, "--scene", "panes", "--out", arch, "--no-wave", "--quiet"];
+        exact(run(folder.path(), &args));
+        assert_eq!(middle(&folder.path().join(arch).join("image.png")), [128, 128, 127]);
+    }
+}
+
+#[test]
+fn what_is_counted_is_in_the_statistics() {
+    let folder = folder();
+    let set = ["-p", "engines=5", "-p", "beta=7", "-p", "scan_line_engines=3"];
+    exact(run(folder.path(), &[&COMPOSER[..], &set, &["--no-wave", "--quiet"]].concat()));
+    let stats = stats(&folder.path().join("pellucid-out"));
+    assert_eq!(stats["cycles"]["merge"], (40 + 7) * 30 + 4 * 5);
+    assert_eq!(stats["composer"]["first_line"], 40 + 7 + 4 * 5);
+    assert_eq!(stats["composer"]["last_line"], 40 + 7);
+    let engines = stats["memories"].as_array().unwrap();
+    let local = engines.iter().find(|m| m["name"] == "merger.engines.local.depth_a").unwrap();
+    assert_eq!(local["words"], 5 * 1200);
+}
+
+/// Three frames are in flight: a further one takes as long as the longer of drawing and composing.
+#[test]
+fn frames_overlap() {
+    let folder = folder();
+    let total = |frames: &str| {
+        let args =
+            ["--scene", "glass", "--frames", frames, "--no-wave", "--quiet", "--out", frames];
+        exact(run(folder.path(), &[&COMPOSER[..], &args].concat()));
+        let stats = stats(&folder.path().join(frames));
+        ["total", "draw", "compose"].map(|name| stats["cycles"][name].as_u64().unwrap())
+    };
+    let [one, ..] = total("1");
+    let [all, draw, compose] = total("6");
+    assert!(all < 6 * one, "{all} cycles for six frames, {one} for one");
+    assert!(all < draw + compose, "{all} cycles, {draw} of drawing and {compose} of composing");
+}
+
+#[test]
+fn bad_parameters_are_refused() {
+    let folder = folder();
+    let message = |args: &[&str], message: &str| {
+        refused(folder.path(), &[&["run"], &SMALL[..], &COMPOSER, args].concat(), message);
+    };
+    message(
+        &["-p", "engines=0"],
+        "-p engines=0: parameter `engines` is `0`: expected a whole number from 1 to 1024",
+    );
+    message(
+        &["-p", "scan_line_engines=31"],
+        "parameter `scan_line_engines` is 31: expected at most 30, the rows of the screen",
+    );
+    message(
+        &["-p", "distribution=are"],
+        "-p distribution=are: parameter `distribution` is `are`: expected `round_robin` or `area`",
+    );
+}
+
+/// What finds no place is told of, and nothing else is wrong.
+#[test]
+fn primitives_without_a_place_are_counted() {
+    let folder = folder();
+    for few in ["primitives=40", "line_primitives=3"] {
+        let output = run(folder.path(), &[&COMPOSER[..], &["-p", few, "--no-wave"]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let text = stderr(&output);
+        assert!(
+            text.contains(" fragments were dropped, a frame or a line had too many primitives"),
+            "{text}"
+        );
+        assert_eq!(text.lines().count(), 1, "{text}");
+    }
+}
