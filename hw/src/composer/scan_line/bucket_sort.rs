@@ -58,7 +58,7 @@ impl Config {
 #[inline(always)]
 #[rtl]
 fn quotient(row: u32, reciprocal: u64) -> u32 {
-    (u64::from(row) * reciprocal >> RECIPROCAL_BITS) as u32
+    ((u64::from(row) * reciprocal) >> RECIPROCAL_BITS) as u32
 }
 
 /// Registers.
