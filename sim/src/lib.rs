@@ -1,7 +1,6 @@
 //! The clock: everything that a cycle-accurate model needs and no pixel.
 //!
-//! A [`Block`] is a configuration, a `Copy` struct of registers, ports, memories and two
-//! functions. [`Sim`] steps one on the clock edge. Blocks talk through [`Stream`]s, keep bulk data
+//! A [`Block`] is a configuration, a struct of registers, ports, memories and two functions. [`Sim`] steps one on the clock edge. Blocks talk through [`Stream`]s, keep bulk data
 //! in [`Ram1R1W`] and [`Ram1RW`] memories, and declare their registers and wires once, with
 //! [`Signals`], for every waveform format and for the width check.
 //!

@@ -1,49 +1,51 @@
 use super::config::Distribution;
+use super::monitor::ComposerMonitor;
 use super::scan_lines::ScanLines;
 use super::*;
+use crate::machine::{Census, Fragments, Machine, Monitor, Tally};
 use crate::pixel::{Fragment, Z_FAR, blend};
 use crate::test_util::{Pattern, Source, Triangle, composer, pattern, triangle};
-use pellucid_sim::{Sim, StreamMonitor};
+use pellucid_sim::Sim;
+use pellucid_sim::block::Cycle;
 use proptest::prelude::*;
 
-type Machine = Composer<ScanLines>;
 type MachineConfig = Config<scan_lines::Config>;
 
-/// Plays frames one right after the other; gives the images.
+/// Plays frames one right after the other; gives the images, and what was counted.
 fn play(
     cfg: MachineConfig,
     frames: &[Vec<Triangle>],
     starts: &Pattern,
     ready: &Pattern,
-) -> Vec<Vec<u32>> {
+) -> (Vec<Vec<u32>>, Tally) {
     let screen = *cfg.screen();
     let items = frames.iter().flat_map(|frame| {
         let primitives = frame.iter().filter_map(move |t| triangle(screen, t));
         primitives.map(Marked::item).chain([Marked::end()])
     });
     let mut source = Source::new(items.collect::<Vec<_>>(), starts.clone());
-    let mut sim = Sim::<Machine>::new(cfg);
-    let mut image_monitor = StreamMonitor::new("image", "Composer", "test");
-    let mut merged_monitor = StreamMonitor::new("merged", "Merger", "test");
+    let mut sim = Sim::<Composer<ScanLines>>::new(cfg);
+    let mut monitor = ComposerMonitor::<ScanLines>::new(&cfg);
     let mut shown = vec![];
     for cycle in 0.. {
         assert!(cycle < 200_000, "the images do not end");
         let i = PrimitiveFrame { primitive: source.offer(cycle), image_ready: ready.at(cycle) };
-        let out = sim.clock(i).unwrap().out;
+        let Cycle { cfg, q, out } = sim.clock(i).unwrap();
+        monitor.observe(cfg, q, &out).unwrap();
         source.edge(out.primitive.ready);
-        image_monitor.observe(out.image).unwrap();
-        merged_monitor.observe(out.merger.merged).unwrap();
         shown.extend(out.image.fires().then_some(out.image.payload));
         if shown.len() == frames.len() * screen.pixels() as usize {
             break;
         }
     }
-    shown.chunks(screen.pixels() as usize).map(<[u32]>::to_vec).collect()
+    let images = shown.chunks(screen.pixels() as usize).map(<[u32]>::to_vec).collect();
+    (images, monitor.tally(&cfg, &[]))
 }
 
 /// The image of a frame by definition: opaque fragments engine by engine, the nearest first one stays;
-/// transparent ones in front of it far to near, of equal ones the first first.
-fn image(cfg: &MachineConfig, frame: &[Triangle]) -> Vec<u32> {
+/// transparent ones in front of it far to near, of equal ones the first first. How many of these there are,
+/// and are hidden, is added to `counts`.
+fn image(cfg: &MachineConfig, frame: &[Triangle], counts: &mut Fragments) -> Vec<u32> {
     let screen = *cfg.screen();
     let mut engines = cfg.distributor.distribution.engines(cfg.engines());
     let (mut opaque, mut transparent) = (vec![vec![]; cfg.engines() as usize], vec![]);
@@ -55,7 +57,8 @@ fn image(cfg: &MachineConfig, frame: &[Triangle]) -> Vec<u32> {
             transparent.extend(t.fragments(screen));
         }
     }
-    let at = |(x, y): (u32, u32)| {
+    counts.arrived += (opaque.iter().flatten().count() + transparent.len()) as u64;
+    let mut at = |(x, y): (u32, u32)| {
         let here = |f: &&Fragment| (f.x, f.y) == (x, y);
         let below =
             opaque.iter().flatten().filter(here).fold((Z_FAR, screen.background), |below, f| {
@@ -63,6 +66,8 @@ fn image(cfg: &MachineConfig, frame: &[Triangle]) -> Vec<u32> {
             });
         let mut above: Vec<&Fragment> =
             transparent.iter().filter(here).filter(|f| f.z < below.0).collect();
+        counts.blended += above.len() as u64;
+        counts.culled += (transparent.iter().filter(here).count() - above.len()) as u64;
         above.sort_by_key(|f| std::cmp::Reverse(f.z));
         above.iter().fold(below.1, |colour, f| blend(f.rgba, colour))
     };
@@ -114,7 +119,7 @@ fn yellow_over_blue_is_green() {
     let forward = [&a, &b, &c, &d, &e, &f, &g].map(|s| s.to_vec()).concat();
     let others = [&c, &g, &a, &f, &b, &e, &d].map(|s| s.to_vec()).concat();
     let always = Pattern::always();
-    let images = play(composer(3, 2), &[forward, others], &always, &always);
+    let (images, _) = play(composer(3, 2), &[forward, others], &always, &always);
     for image in images {
         // 128 of 255 of yellow, 127 of 255 of blue: as much red as green, and as much of blue but one.
         assert_eq!(image[3 * 7 + 3], 0x80_80_7f);
@@ -138,8 +143,18 @@ proptest! {
         if by_area {
             cfg.distributor.distribution = Distribution::Area;
         }
-        let images = play(cfg, &frames, &starts, &ready);
-        let expected: Vec<Vec<u32>> = frames.iter().map(|frame| image(&cfg, frame)).collect();
+        let (images, tally) = play(cfg, &frames, &starts, &ready);
+        let mut counts = Fragments::default();
+        let expected: Vec<Vec<u32>> =
+            frames.iter().map(|frame| image(&cfg, frame, &mut counts)).collect();
         prop_assert_eq!(images, expected);
+        let found = tally.fragments;
+        prop_assert_eq!(found.arrived, counts.arrived);
+        prop_assert_eq!([found.blended, found.stored, found.culled, found.dropped], [counts.blended, counts.blended, counts.culled, 0]);
+        prop_assert_eq!(found.drawn + found.hidden + found.blended + found.culled, counts.arrived);
+        let census = Census { stored: counts.blended, histogram: vec![] };
+        for check in Composer::<ScanLines>::closed_forms(&cfg, &tally, &vec![census; frames.len()]) {
+            prop_assert_eq!(check.found, check.expected, "{}", check.what);
+        }
     }
 }
