@@ -9,6 +9,7 @@ use crate::source::{Played, Source, SourceError};
 use pellucid_hw::machine::Dealer;
 use pellucid_hw::pixel::Fragment;
 use pellucid_hw::primitive::Primitive;
+use std::ops::Range;
 
 /// What frames are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,27 +68,54 @@ impl View {
     ) -> Result<u64, E> {
         let width = source.screen().width;
         let mut items = 0;
-        let mut play = |chosen: &mut dyn FnMut(&T) -> bool| {
-            T::play(source, &mut |item| {
-                if !chosen(&item) {
-                    return Ok(());
-                }
-                items += 1;
-                item.fragments(width).try_for_each(&mut *sink)
-            })
+        let mut send = |item: T| {
+            items += 1;
+            item.fragments(width).try_for_each(&mut *sink)
         };
-        match &self.engines {
-            None => play(&mut |_| true)?,
-            Some(engines) => {
-                for engine in 0..engines.iter().max().map_or(0, |most| most + 1) {
-                    let mut of = engines.iter();
-                    play(&mut |item| item.is_opaque() && of.next() == Some(&engine))?;
+        let Some(engines) = &self.engines else {
+            T::play(source, &mut send)?;
+            return Ok(items);
+        };
+        for group in groups(engines, HELD) {
+            let mut of = engines.iter();
+            let mut held = vec![];
+            T::play::<E>(source, &mut |item| {
+                let engine = if item.is_opaque() { of.next() } else { None };
+                match engine.filter(|engine| group.contains(engine)) {
+                    // The items of one engine alone come in their order.
+                    Some(_) if group.len() == 1 => return send(item),
+                    Some(engine) => held.push((*engine, item)),
+                    None => {}
                 }
-                play(&mut |item| !item.is_opaque())?;
-            }
+                Ok(())
+            })?;
+            held.sort_by_key(|(engine, _)| *engine);
+            held.into_iter().try_for_each(|(_, item)| send(item))?;
         }
+        T::play(source, &mut |item| if item.is_opaque() { Ok(()) } else { send(item) })?;
         Ok(items)
     }
+}
+
+/// Items that are held to be brought into the order of their engines; of a frame with more, the source is played
+/// several times.
+const HELD: usize = 1 << 20;
+
+/// All engines, in groups of neighbours that together have at most `held` items, or of one that has more.
+fn groups(engines: &[u32], held: usize) -> Vec<Range<u32>> {
+    let mut counts = vec![0; engines.iter().max().map_or(0, |most| *most as usize + 1)];
+    engines.iter().for_each(|engine| counts[*engine as usize] += 1);
+    let mut groups: Vec<(Range<u32>, usize)> = vec![];
+    for (engine, count) in (0..).zip(counts) {
+        match groups.last_mut() {
+            Some((group, sum)) if *sum + count <= held => {
+                group.end = engine + 1;
+                *sum += count;
+            }
+            _ => groups.push((engine..engine + 1, count)),
+        }
+    }
+    groups.into_iter().map(|(group, _)| group).collect()
 }
 
 #[cfg(test)]
