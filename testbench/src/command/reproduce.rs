@@ -77,18 +77,18 @@ fn timing(
         |what, total| Progress::among(bars, setting.name.to_string(), what, total, quiet);
     let (width, height) = (Some(setting.width), Some(setting.rows()));
     let source = Source::open("panes", &Options { width, height, ..Options::default() })?;
-    let machines = Architecture::named("composer")?;
+    let architecture = Architecture::named("composer")?;
     let set = |name: &str, value: u32| arch::Setting {
         name: name.to_string(),
         value: value.to_string(),
         origin: setting.name.to_string(),
     };
     let settings = [set("engines", setting.engines), set("beta", composer::BETA)];
-    let machine = machines.build(source.screen(), None, &settings)?;
+    let machine = architecture.build(source.screen(), None, &settings)?;
     let case = Case::new("panes", source, &*machine, &mut progress("golden model", None))?;
     let about = format!("{}: ", setting.name);
     let mut progress = progress("simulating", Some(case.items));
-    let done = case.run(machines.name, &*machine, None, &mut progress);
+    let done = case.run(architecture.name, &*machine, None, &mut progress);
     let Some(trial) = finished(done, &about)? else { return Ok(None) };
     let passed = passes(&trial.verdict, false, &about);
     Ok(Some((Timing::new(setting, &trial), passed)))
