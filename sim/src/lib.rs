@@ -1,8 +1,9 @@
 //! The clock: everything that a cycle-accurate model needs and no pixel.
 //!
-//! A [`Block`] is a configuration, a struct of registers, ports, memories and two functions. [`Sim`] steps one on the clock edge. Blocks talk through [`Stream`]s, keep bulk data
-//! in [`Ram1R1W`] and [`Ram1RW`] memories, and declare their registers and wires once, with
-//! [`Signals`], for every waveform format and for the width check.
+//! A [`Block`] is a configuration, a struct of registers, ports, memories and two functions. [`Sim`]
+//! steps one on the clock edge. Blocks talk through [`Stream`]s, keep bulk data in [`Ram1R1W`] and
+//! [`Ram1RW`] memories, and declare their registers and wires once, with [`Signals`] or, where they hold
+//! lines of children, [`Registers`], for every waveform format and for the width check.
 //!
 //! | module | what it is |
 //! | --- | --- |
