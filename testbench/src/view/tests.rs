@@ -82,7 +82,7 @@ fn views_are_equal_where_every_primitive_has_the_same_engine() {
 #[test]
 fn engines_are_grouped_as_far_as_their_items_can_be_held() {
     let engines = [0, 2, 2, 3, 3, 3, 5];
-    assert_eq!(groups(&engines, 100), [0..6]);
+    assert_eq!(groups(&engines, 100), [Range { start: 0, end: 6 }]);
     assert_eq!(groups(&engines, 3), [0..3, 3..5, 5..6]);
     assert_eq!(groups(&engines, 1), [0..2, 2..3, 3..4, 4..6]);
     assert_eq!(groups(&[], 1), []);
