@@ -1,5 +1,6 @@
 //! The image composition machine's parameters, and what the blocks derive from them.
 
+use super::distributor::MOST_LOAD;
 use super::scan_line::bucket_sort;
 use super::{distributor, merger, object_engine, raster, scan_line, scan_lines, walker};
 use crate::params::{ParamError, Preset};
@@ -36,7 +37,7 @@ impl Distribution {
 pub struct Engines {
     by_area: bool,
     turn: usize,
-    loads: Vec<u64>,
+    loads: Vec<u32>,
 }
 
 impl Engines {
@@ -44,10 +45,11 @@ impl Engines {
     pub fn engine(&mut self, primitive: &Primitive) -> u32 {
         let turn = self.turn;
         self.turn = (turn + 1) % self.loads.len();
-        let least = |(k, load): (usize, &u64)| (*load, k);
+        let least = |(k, load): (usize, &u32)| (*load, k);
         let by_area = self.loads.iter().enumerate().map(least).min().map_or(0, |(_, k)| k);
         let engine = if self.by_area { by_area } else { turn };
-        self.loads[engine] += u64::from(primitive.area) + 1;
+        let load = self.loads[engine] + primitive.area + 1;
+        self.loads[engine] = load.min(MOST_LOAD);
         engine as u32
     }
 }

@@ -32,7 +32,8 @@ pub struct Config {
 
 /// Bits of how many pixels an engine has to draw; more count as the most.
 pub const LOAD_BITS: u32 = 31;
-const MOST_LOAD: u32 = (1 << LOAD_BITS) - 1;
+/// The most pixels that are counted.
+pub const MOST_LOAD: u32 = (1 << LOAD_BITS) - 1;
 
 impl Config {
     /// Bits of an engine's number.
@@ -206,6 +207,16 @@ mod tests {
         let (seen, model) = engines(config(Distribution::Area), &areas);
         let least = [Some(0), Some(1), None, Some(2), Some(1), Some(1), Some(2)];
         assert_eq!((seen, model), (least.to_vec(), least.to_vec()));
+    }
+
+    /// Loads that are more than can be counted are all the same: the first engine gets what comes.
+    #[test]
+    fn loads_end_at_the_most_that_is_counted() {
+        let screen = screen(8192, 8192);
+        let cfg = Config { screen, ..config(Distribution::Area) };
+        let (seen, model) = engines(cfg, &[Some(screen.pixels() - 1); 200]);
+        assert_eq!(seen, model);
+        assert_eq!(seen[194..], [Some(0); 6]);
     }
 
     #[test]

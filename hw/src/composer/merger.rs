@@ -174,6 +174,7 @@ impl<E: Engine> Block for Merger<E> {
         Moore { done, busy: Raster::moore(&cfg.shape.raster, &q.tail, &()).runs }
     }
 
+    // It is so much code that one copy of it is enough.
     #[inline(never)]
     fn next(cfg: &Self::Config, q: &State<E>, d: &mut State<E>, m: &mut Self::Mem, i: In) -> Out {
         // Whoever is to have the primitive must be ready: one engine, or all at the end of a frame.

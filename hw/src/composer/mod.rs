@@ -158,6 +158,7 @@ impl<T: Transparency> Block for Composer<T> {
 
     fn moore(_: &Self::Config, _: &State<T>, _: &Self::Mem) {}
 
+    // It is so much code that one copy of it is enough.
     #[inline(never)]
     fn next(
         cfg: &Self::Config,

@@ -60,10 +60,7 @@ pub struct ComposerMonitor<T: Transparency> {
 
 impl<T: Transparency> ComposerMonitor<T> {
     fn streams(&self) -> Vec<Seen> {
-        let mut streams = vec![seen(&self.primitive), seen(&self.merged)];
-        streams.extend(self.behind.streams());
-        streams.push(seen(&self.image));
-        streams
+        vec![seen(&self.primitive), seen(&self.merged), seen(&self.image)]
     }
 }
 
@@ -131,6 +128,7 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
         }
     }
 
+    // It is so much code that one copy of it is enough.
     #[inline(never)]
     fn observe(
         &mut self,

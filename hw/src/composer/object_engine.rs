@@ -180,6 +180,7 @@ impl Block for ObjectEngine {
         }
     }
 
+    // It is so much code that one copy of it is enough.
     #[inline(never)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue);

@@ -199,15 +199,15 @@ impl Block for ScanLines {
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
-        let ready = Self::moore(cfg, q, m).ready;
-
-        // A line of the result is collected once it is complete.
+        // A primitive goes to all engines at once, and a line of the result is collected once it is complete.
         let collect = Raster::moore(&cfg.raster, &q.collect, &());
+        let mut ready = true;
         let mut result = Stream::idle();
         let mut line_complete = false;
         for k in 0..cfg.engines {
             let engine =
                 ScanLine::moore(&cfg.engine(k), &q.engines[k as usize], &m.engines[k as usize]);
+            ready &= engine.ready;
             if q.from == k {
                 result = engine.result;
                 line_complete = engine.line_complete;

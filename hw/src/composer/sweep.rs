@@ -32,6 +32,13 @@ impl<C: Copy> Config<C> {
     }
 }
 
+/// Whether an item that is active since before comes next, though one may begin here: the one that came first.
+#[inline(always)]
+#[rtl]
+fn goes_on(before: u32, active: u32, begins: bool, beginner: u32) -> bool {
+    before > 0 && (!begins || active < beginner)
+}
+
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Size)]
@@ -152,7 +159,7 @@ where
         let begins = if q.second_is_front { first.first } else { second.first };
         let left = if q.second_is_front { first.left } else { second.left };
         let active = Active::<T>::moore(&cfg.active(), &q.active, &m.active).front.payload;
-        let old = q.before > 0 && (!begins.valid || active.order < begins.payload.order);
+        let old = goes_on(q.before, active.order, begins.valid, begins.payload.order);
         let item = if old { active.item } else { begins.payload.item };
         Moore {
             full,
@@ -172,9 +179,9 @@ where
 
         // Of the items that are active since before and those that begin here, the one that came first.
         let begins = back.first;
-        let old =
-            q.before > 0 && (!begins.valid || active.front.payload.order < begins.payload.order);
-        let order = if old { active.front.payload.order } else { begins.payload.order };
+        let (here, beginner) = (active.front.payload.order, begins.payload.order);
+        let old = goes_on(q.before, here, begins.valid, beginner);
+        let order = if old { here } else { beginner };
         let take = i.take && q.open && (q.before > 0 || begins.valid);
         let last = q.before + back.left == 1;
         let stays = take && i.back.valid;

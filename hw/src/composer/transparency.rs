@@ -2,7 +2,7 @@
 //! composed, and adds them to the merged opaque image.
 
 use super::merging_unit::Opaque;
-use crate::machine::{Fragments, Seen};
+use crate::machine::Fragments;
 use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
 use pellucid_sim::{Figure, Netlist, Registers, Signals, Stream, Violation};
@@ -31,8 +31,6 @@ pub trait Watch<T: Transparency>: Sized {
     /// # Errors
     /// A stream broke its rules: a bug in a block.
     fn observe(&mut self, cfg: &T::Config, q: &T::State, out: &T::Out) -> Result<(), Violation>;
-    /// Its streams.
-    fn streams(&self) -> Vec<Seen>;
     /// The state of one of its blocks, if it is one.
     fn state(block: &str, q: &T::State) -> Option<&'static str>;
     /// Transparent fragments by what became of them; those that came in are counted as `arrived`.

@@ -148,12 +148,12 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
             <#ty as #bundle>::restore(#cfg, &mut ::core::iter::empty())
         };
         match &p.len {
-            Some(len) if p.partly && !p.is_line() => quote! {
-                #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
-            },
             Some(len) if p.is_line() => {
                 quote! { #id: (0..(#len) as usize).map(|k| #one).collect() }
             }
+            Some(len) if p.partly => quote! {
+                #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
+            },
             Some(_) => quote! { #id: ::core::array::from_fn(|k| #one) },
             None => quote! { #id: #one },
         }

@@ -276,6 +276,7 @@ impl Block for ScanLine {
         }
     }
 
+    // It is so much code that one copy of it is enough.
     #[inline(never)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let width = cfg.screen().width;

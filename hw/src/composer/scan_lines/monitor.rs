@@ -3,7 +3,7 @@
 use super::{Config, Out, ScanLines, State};
 use crate::composer::scan_line;
 use crate::composer::transparency::{Transparency, Watch};
-use crate::machine::{Fragments, Seen};
+use crate::machine::Fragments;
 use crate::primitive::{Primitive, Span, next_row, span};
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Figure, Figures, Violation};
@@ -120,13 +120,8 @@ impl Watch<ScanLines> for ScanLinesMonitor {
         Ok(())
     }
 
-    fn streams(&self) -> Vec<Seen> {
-        vec![]
-    }
-
     fn state(block: &str, q: &State) -> Option<&'static str> {
         match block {
-            "layers" => Some(state_name(q.engines[0].layers.round)),
             "scanout" => Some(state_name(q.scanout.fsm)),
             _ => None,
         }
