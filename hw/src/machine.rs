@@ -1,6 +1,6 @@
 //! What every architecture shows to the outside: frames of fragments or of primitives in, images out.
 
-use crate::pixel::{Fragment, MAX_SIDE, Marked, Screen};
+use crate::pixel::{COLOUR_BITS, Fragment, MAX_SIDE, Marked, Screen};
 use crate::primitive::{Primitive, span};
 use pellucid_sim::{
     Block, Deadlock, Figure, Handshake, Label, Netlist, Signals, StorageInfo, Stream,
@@ -43,6 +43,23 @@ pub struct PrimitiveFrame {
     pub primitive: Stream<Marked<Primitive>>,
     /// The display takes a pixel.
     pub image_ready: bool,
+}
+
+/// What a machine that takes fragments shows before its inputs are known.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(())]
+pub struct Shown {
+    /// What it is at.
+    pub phase: Phase,
+    /// A fragment, or the end of a frame, is taken.
+    pub ready: bool,
+    /// What comes next is the same frame again: see [`Ports::replay`].
+    pub replay: bool,
+    /// The image, pixel by pixel, `0xRRGGBB`.
+    #[with(COLOUR_BITS)]
+    pub image: Stream<u32>,
+    /// An image is being shown.
+    pub shows: bool,
 }
 
 /// What a frame is made of.

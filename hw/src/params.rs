@@ -6,8 +6,8 @@ use std::fmt;
 /// What a listing tells of one parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Param {
-    /// Its name.
-    pub name: &'static str,
+    /// Its name; one of a part of the architecture has the part's name before a dot.
+    pub name: String,
     /// The default, as text.
     pub default: String,
     /// What it counts; empty for a choice.
@@ -45,7 +45,7 @@ pub enum ParamError {
         /// What was asked for.
         name: String,
         /// The known name most like it.
-        nearest: Option<&'static str>,
+        nearest: Option<String>,
         /// All known names.
         known: String,
     },
@@ -53,7 +53,7 @@ pub enum ParamError {
     #[error("parameter `{name}` is {found}: expected {expected}")]
     Value {
         /// The parameter.
-        name: &'static str,
+        name: String,
         /// What was given.
         found: String,
         /// What it may be.
@@ -62,6 +62,28 @@ pub enum ParamError {
     /// Values that do not go together.
     #[error("{0}")]
     Together(String),
+}
+
+impl ParamError {
+    /// The same of a parameter, or of several, of the part `part`, whose parameters are `P`.
+    #[must_use]
+    pub fn of_part<P: Parameters>(self, part: &str) -> ParamError {
+        match self {
+            ParamError::Value { name, found, expected } => {
+                ParamError::Value { name: format!("{part}.{name}"), found, expected }
+            }
+            ParamError::Together(mut text) => {
+                for Param { name, .. } in P::list() {
+                    for end in ["`", "="] {
+                        text =
+                            text.replace(&format!("`{name}{end}"), &format!("`{part}.{name}{end}"));
+                    }
+                }
+                ParamError::Together(text)
+            }
+            unknown @ ParamError::Unknown { .. } => unknown,
+        }
+    }
 }
 
 /// A preset: a name for a set of parameters.
@@ -118,7 +140,7 @@ pub trait Parameters: Copy {
     /// An unknown name or a value out of range; nothing is changed then.
     fn set(&mut self, name: &str, value: &str) -> Result<(), ParamError>;
     /// Every name with its value, in the order of [`Parameters::list`].
-    fn values(&self) -> Vec<(&'static str, Value)>;
+    fn values(&self) -> Vec<(String, Value)>;
 }
 
 /// A type that a parameter can have: a number in a range, or one of a few names.
@@ -179,51 +201,81 @@ macro_rules! choice {
 }
 
 /// Declares a struct of parameters: `name: type = default, "unit", limits;` with the doc comment as
-/// the sentence that listings show.
+/// the sentence that listings show. After those, `part name: type;` for the parameters of a part of the
+/// architecture, whose names get that of the part and a dot.
 #[macro_export]
 macro_rules! parameters {
     ($(#[$meta:meta])* $vis:vis struct $name:ident {
         $($(#[doc = $about:literal])+ $field:ident: $ty:ty = $default:expr, $unit:literal, $limits:expr;)*
+        $(part $part:ident: $params:ty;)*
     }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        $vis struct $name { $($(#[doc = $about])+ pub $field: $ty,)* }
+        $vis struct $name {
+            $($(#[doc = $about])+ pub $field: $ty,)*
+            $(#[doc = concat!("Those of `", stringify!($part), "`.")] pub $part: $params,)*
+        }
         impl Default for $name {
-            fn default() -> Self { $name { $($field: $default,)* } }
+            fn default() -> Self {
+                $name { $($field: $default,)* $($part: <$params as Default>::default(),)* }
+            }
         }
         impl $crate::params::Parameters for $name {
             fn list() -> Vec<$crate::params::Param> {
-                vec![$($crate::params::Param {
-                    name: stringify!($field),
+                #[allow(unused_mut, reason = "not every architecture has parts")]
+                let mut list = vec![$($crate::params::Param {
+                    name: stringify!($field).to_string(),
                     default: $crate::params::ParamType::value($default as $ty).to_string(),
                     unit: $unit,
                     range: <$ty as $crate::params::ParamType>::expected(&$limits),
                     about: concat!($($about),+).trim_ascii(),
-                }),*]
+                }),*];
+                $(list.extend(<$params as $crate::params::Parameters>::list().into_iter().map(|p| {
+                    $crate::params::Param { name: format!("{}.{}", stringify!($part), p.name), ..p }
+                }));)*
+                list
             }
             fn set(&mut self, name: &str, value: &str) -> Result<(), $crate::params::ParamError> {
                 match name {
                     $(stringify!($field) => {
                         self.$field = <$ty as $crate::params::ParamType>::parse(value, &$limits)
                             .ok_or_else(|| $crate::params::ParamError::Value {
-                                name: stringify!($field),
+                                name: stringify!($field).to_string(),
                                 found: format!("`{value}`"),
                                 expected: <$ty as $crate::params::ParamType>::expected(&$limits),
                             })?;
+                        return Ok(());
                     })*
                     _ => {
-                        let known = [$(stringify!($field)),*];
-                        return Err($crate::params::ParamError::Unknown {
-                            name: name.to_string(),
-                            nearest: $crate::params::nearest(name, known),
-                            known: known.map(|k| format!("`{k}`")).join(", "),
-                        });
+                        $(if let Some(name) = name.strip_prefix(concat!(stringify!($part), ".")) {
+                            let set = $crate::params::Parameters::set(&mut self.$part, name, value);
+                            let set = set.map_err(|e| e.of_part::<$params>(stringify!($part)));
+                            if !matches!(set, Err($crate::params::ParamError::Unknown { .. })) {
+                                return set;
+                            }
+                        })*
                     }
                 }
-                Ok(())
+                let known: Vec<String> =
+                    <Self as $crate::params::Parameters>::list().into_iter().map(|p| p.name).collect();
+                Err($crate::params::ParamError::Unknown {
+                    name: name.to_string(),
+                    nearest: $crate::params::nearest(name, known.iter().map(String::as_str))
+                        .map(str::to_string),
+                    known: known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", "),
+                })
             }
-            fn values(&self) -> Vec<(&'static str, $crate::params::Value)> {
-                vec![$((stringify!($field), $crate::params::ParamType::value(self.$field))),*]
+            fn values(&self) -> Vec<(String, $crate::params::Value)> {
+                #[allow(unused_mut, reason = "not every architecture has parts")]
+                let mut values = vec![
+                    $((stringify!($field).to_string(), $crate::params::ParamType::value(self.$field))),*
+                ];
+                $(values.extend(
+                    $crate::params::Parameters::values(&self.$part)
+                        .into_iter()
+                        .map(|(name, value)| (format!("{}.{name}", stringify!($part)), value)),
+                );)*
+                values
             }
         }
     };
@@ -247,6 +299,49 @@ mod tests {
             /// Which side.
             side: Side = Side::Left, "", ();
         }
+    }
+
+    parameters! {
+        /// Some, and those of a part.
+        pub struct Whole {
+            /// How deep.
+            depth: u32 = 2, "", 1..=3;
+            part inner: Some3;
+        }
+    }
+
+    #[test]
+    fn a_part_has_its_own() {
+        let mut whole = Whole::default();
+        whole.set("inner.sections", "9").unwrap();
+        whole.set("depth", "3").unwrap();
+        assert_eq!(whole, Whole { depth: 3, inner: Some3 { sections: 9, ..Some3::default() } });
+        let names: Vec<String> = Whole::list().into_iter().map(|p| p.name).collect();
+        assert_eq!(names, ["depth", "inner.sections", "inner.side"]);
+        let values: Vec<String> =
+            whole.values().iter().map(|(name, value)| format!("{name}={value}")).collect();
+        assert_eq!(values, ["depth=3", "inner.sections=9", "inner.side=left"]);
+        let mut message = |name, value| whole.set(name, value).unwrap_err().to_string();
+        assert_eq!(
+            message("inner.sections", "0"),
+            "parameter `inner.sections` is `0`: expected a whole number from 1 to 9"
+        );
+        for (unknown, nearest) in
+            [("inner.section", "inner.sections"), ("sections", "inner.sections")]
+        {
+            assert_eq!(
+                message(unknown, "1"),
+                format!(
+                    "unknown parameter `{unknown}` (did you mean `{nearest}`?); known are `depth`, \
+                     `inner.sections`, `inner.side`"
+                )
+            );
+        }
+        let together = ParamError::Together("`sections` and `side=left`, not `depths`".into());
+        assert_eq!(
+            together.of_part::<Some3>("inner").to_string(),
+            "`inner.sections` and `inner.side=left`, not `depths`"
+        );
     }
 
     #[test]

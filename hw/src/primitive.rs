@@ -239,3 +239,15 @@ pub fn colour(at: Attributes, opaque: bool) -> u32 {
     let alpha = if opaque { 255 } else { channel(at.alpha, MOST_TRANSPARENT) };
     channel(at.red, 255) << 24 | channel(at.green, 255) << 16 | channel(at.blue, 255) << 8 | alpha
 }
+
+/// Pixels of a primitive on a screen of this width, counted row by row.
+pub fn pixels(primitive: &Primitive, width: u32) -> u64 {
+    let mut at = *primitive;
+    let mut pixels = 0;
+    for _ in primitive.row..=primitive.last_row {
+        let Span { empty, first, last } = span(at.edges, width);
+        pixels += if empty { 0 } else { u64::from(last - first) + 1 };
+        at = next_row(at);
+    }
+    pixels
+}

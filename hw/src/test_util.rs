@@ -5,7 +5,9 @@ use crate::allocator::AllocatorKind;
 use crate::chains::config as chains;
 use crate::composer::config::Distribution;
 use crate::composer::scan_line::{self, bucket_sort};
-use crate::composer::{self, distributor, merger, object_engine, raster, scan_lines, walker};
+use crate::composer::{
+    self, distributor, merger, object_engine, raster, scan_lines, store, walker,
+};
 use crate::mbuffer::config as mbuffer;
 use crate::pixel::{Fragment, Screen, Z_FAR};
 use crate::primitive::{
@@ -371,6 +373,13 @@ pub fn composer(engines: u32, scan_line_engines: u32) -> composer::Config<scan_l
         merger: merger(engines, transparency.raster.beta),
         transparency,
     }
+}
+
+/// An R-buffer that stands behind a merger, as [`small_rbuffer`].
+pub fn rbuffer_store(queue: u32, outside: Option<u32>) -> store::Config<rbuffer::config::Config> {
+    let store = small_rbuffer(queue, outside);
+    let walker = walker::Config { screen: store.screen, set_up_cycles: 1, fragment_cycles: 1 };
+    store::Config { primitives: 12, walker, store }
 }
 
 /// A fragment as a primitive that has just that pixel.

@@ -4,7 +4,7 @@
 //! one image of 640x480 pixels through the image merger alone, whose engines draw nothing.
 
 use divan::{Bencher, counter::ItemsCount};
-use pellucid_hw::composer::config::{Config, Params};
+use pellucid_hw::composer::config::{Params, scan_lines};
 use pellucid_hw::composer::merger::{self, Merger};
 use pellucid_hw::composer::merging_unit::Opaque;
 use pellucid_hw::composer::object_engine::{self, Engine};
@@ -22,7 +22,7 @@ fn main() {
 
 fn cycles(screen: Screen, engines: u32, frame: &[Primitive]) -> u64 {
     let params = Params { engines, ..Params::default() };
-    let mut bench = Bench::<Composer<ScanLines>>::new(Config::new(screen, params).unwrap());
+    let mut bench = Bench::<Composer<ScanLines>>::new(scan_lines(screen, &params).unwrap());
     for primitive in frame {
         bench.send(Marked::item(*primitive)).unwrap();
     }

@@ -9,8 +9,9 @@ use crate::stimulus::Stimulus;
 use crate::view::View;
 use pellucid_hw::allocator::Chosen;
 use pellucid_hw::composer::Composer;
-use pellucid_hw::composer::config as composer;
+use pellucid_hw::composer::config::{self as composer, Behind};
 use pellucid_hw::composer::scan_lines::ScanLines;
+use pellucid_hw::composer::store::Store;
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -63,7 +64,7 @@ pub const ARCHITECTURES: &[Architecture] = &[
     },
     Architecture {
         name: "composer",
-        about: "Image composition: engines draw opaque primitives, their images are merged, scan-line engines add the rest",
+        about: "Image composition: engines draw opaque primitives, their images are merged, scan-line engines or a fragment store add the rest",
         presets: || about(composer::PRESETS),
         parameters: composer::Params::list,
         build: build_composer,
@@ -198,8 +199,31 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
 
 fn build_composer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(composer::PRESETS, preset, settings)?;
-    let cfg = composer::Config::new(screen, params)?;
-    Ok(Box::new(Prepared::<Composer<ScanLines>> { cfg, values: params.values() }))
+    let values = params.values();
+    Ok(match params.transparency {
+        Behind::ScanLine => {
+            let cfg = composer::scan_lines(screen, &params)?;
+            Box::new(Prepared::<Composer<ScanLines>> { cfg, values })
+        }
+        Behind::TBuffer => {
+            let store = tbuffer::Config::new(screen, params.tbuffer)
+                .map_err(|error| error.of_part::<tbuffer::Params>("tbuffer"))?;
+            let cfg = composer::store(screen, &params, store)?;
+            Box::new(Prepared::<Composer<Store<TBuffer<Chosen>>>> { cfg, values })
+        }
+        Behind::RBuffer => {
+            let store = rbuffer::Config::new(screen, params.rbuffer)
+                .map_err(|error| error.of_part::<rbuffer::Params>("rbuffer"))?;
+            let cfg = composer::store(screen, &params, store)?;
+            Box::new(Prepared::<Composer<Store<RBuffer>>> { cfg, values })
+        }
+        Behind::MBuffer => {
+            let store = mbuffer::Config::new(screen, params.mbuffer)
+                .map_err(|error| error.of_part::<mbuffer::Params>("mbuffer"))?;
+            let cfg = composer::store(screen, &params, store)?;
+            Box::new(Prepared::<Composer<Store<MBuffer<Chosen>>>> { cfg, values })
+        }
+    })
 }
 
 /// What is asked of a run.
@@ -231,7 +255,7 @@ pub struct Outcome {
 /// A machine that is ready to run.
 pub trait Runnable: Send + Sync {
     /// Its parameters' final values.
-    fn values(&self) -> Vec<(&'static str, Value)>;
+    fn values(&self) -> Vec<(String, Value)>;
     /// How it makes colours.
     fn arithmetic(&self) -> Arithmetic;
     /// What it sees of a frame.
@@ -264,7 +288,7 @@ pub trait Runnable: Send + Sync {
 
 struct Prepared<M: Machine> {
     cfg: M::Config,
-    values: Vec<(&'static str, Value)>,
+    values: Vec<(String, Value)>,
 }
 
 impl<M> Runnable for Prepared<M>
@@ -274,7 +298,7 @@ where
     M::State: Registers<Config = M::Config>,
     M::Out: Signals<Config = M::Config>,
 {
-    fn values(&self) -> Vec<(&'static str, Value)> {
+    fn values(&self) -> Vec<(String, Value)> {
         self.values.clone()
     }
 

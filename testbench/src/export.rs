@@ -27,7 +27,7 @@ pub struct Exported {
 }
 
 /// The first lines of every file: what was exported.
-fn about(arch: &str, screen: Screen, values: &[(&'static str, Value)]) -> Vec<String> {
+fn about(arch: &str, screen: Screen, values: &[(String, Value)]) -> Vec<String> {
     let mut lines = vec![
         format!("Exported by pellucid {}.", env!("CARGO_PKG_VERSION")),
         format!("--arch {arch} --width {} --height {}", screen.width, screen.height),

@@ -36,7 +36,7 @@ impl Entry {
 pub struct Report {
     arch: &'static str,
     scene: String,
-    config: Vec<(&'static str, Value)>,
+    config: Vec<(String, Value)>,
     entries: Vec<Entry>,
     tally: Tally,
     histogram: Vec<u64>,
@@ -83,7 +83,7 @@ impl Report {
     pub fn new(
         arch: &'static str,
         scene: &str,
-        config: Vec<(&'static str, Value)>,
+        config: Vec<(String, Value)>,
         screen: Screen,
         reference: &Reference,
         tally: Tally,
@@ -197,7 +197,7 @@ impl Report {
     }
 
     /// The machine's parameters.
-    pub(crate) fn config(&self) -> &[(&'static str, Value)] {
+    pub(crate) fn config(&self) -> &[(String, Value)] {
         &self.config
     }
 
@@ -331,8 +331,8 @@ pub(crate) fn nest<'a>(
 }
 
 /// Parameters and their values as an object.
-pub(crate) fn config_json(config: &[(&'static str, Value)]) -> Json {
-    let pair = |(name, value): &(&'static str, Value)| {
+pub(crate) fn config_json(config: &[(String, Value)]) -> Json {
+    let pair = |(name, value): &(String, Value)| {
         let value = match value {
             Value::Number(n) => json!(n),
             Value::Choice(c) => json!(c),

@@ -1,4 +1,5 @@
-//! Settings as users write them: `NAME=VALUE`, and TOML files of lines `name = value`.
+//! Settings as users write them: `NAME=VALUE`, and TOML files of lines `name = value`. The parameters of a part of an
+//! architecture have its name before a dot; in a file they may be a table of that name.
 
 use crate::arch::Setting;
 use crate::output::reason;
@@ -31,7 +32,7 @@ pub enum SettingsError {
         /// What is wrong there.
         problem: String,
     },
-    /// A value in the file is neither a number nor a string.
+    /// A value in the file is neither a number nor a string, nor a table of such.
     #[error("`{}`, key `{name}`: found {found}, expected a number or a string", path.display())]
     Kind {
         /// The file.
@@ -56,7 +57,7 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
     }
 }
 
-/// The settings of a TOML file of lines `name = value`.
+/// The settings of a TOML file of lines `name = value`, in tables or not.
 ///
 /// # Errors
 /// The file cannot be read, or has anything but numbers and strings.
@@ -71,17 +72,34 @@ pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
             problem: error.message().to_string(),
         }
     })?;
-    let setting = |(name, value)| {
+    let mut settings = vec![];
+    flatten(path, "", table, &mut settings)?;
+    Ok(settings)
+}
+
+/// Adds the settings of a table, whose keys come after `before`.
+fn flatten(
+    path: &Path,
+    before: &str,
+    table: toml::Table,
+    settings: &mut Vec<Setting>,
+) -> Result<(), SettingsError> {
+    for (key, value) in table {
+        let name = format!("{before}{key}");
         let value = match value {
             toml::Value::Integer(n) => n.to_string(),
             toml::Value::String(s) => s,
+            toml::Value::Table(table) if !table.is_empty() => {
+                flatten(path, &format!("{name}."), table, settings)?;
+                continue;
+            }
             other => {
                 let (path, found) = (path.to_owned(), other.type_str());
                 return Err(SettingsError::Kind { path, name, found });
             }
         };
         let origin = format!("`{}`, key `{name}`", path.display());
-        Ok(Setting { name, value, origin })
-    };
-    table.into_iter().map(setting).collect()
+        settings.push(Setting { name, value, origin });
+    }
+    Ok(())
 }

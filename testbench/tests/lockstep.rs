@@ -52,6 +52,8 @@ const WAYS: [&[&str]; 17] = [
     &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
     &["--arch", "composer"],
     &["--arch", "composer", "-p", "scan_line_engines=2", "-p", "distribution=area", "-p", "beta=0"],
+    &["--arch", "composer", "-p", "transparency=tbuffer"],
+    &["--arch", "composer", "-p", "transparency=rbuffer", "-p", "rbuffer.overflow=replay"],
 ];
 
 /// Those of them that are worth a larger frame: allocators differ where little is free, and the image composition
@@ -93,6 +95,14 @@ fn tight(arch: &str) -> &'static [&'static str] {
             "line_primitives=512",
             "-p",
             "sorter_depth=3",
+            "-p",
+            "tbuffer.sections=150",
+            "-p",
+            "tbuffer.outside_sections=900",
+            "-p",
+            "tbuffer.section_capacity=2",
+            "-p",
+            "rbuffer.queue=80",
         ],
         _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
     }

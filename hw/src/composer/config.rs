@@ -2,10 +2,15 @@
 
 use super::distributor::MOST_LOAD;
 use super::scan_line::bucket_sort;
-use super::{distributor, merger, object_engine, raster, scan_line, scan_lines, walker};
+use super::{
+    Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store, walker,
+};
+use crate::mbuffer::config as mbuffer;
 use crate::params::{ParamError, Preset};
 use crate::pixel::Screen;
 use crate::primitive::Primitive;
+use crate::rbuffer::config as rbuffer;
+use crate::tbuffer::config as tbuffer;
 use crate::{choice, parameters, sorter};
 
 /// The most object-order engines.
@@ -54,12 +59,28 @@ impl Engines {
     }
 }
 
+choice! {
+    /// What stands behind the merger.
+    pub enum Behind {
+        /// Scan-line engines.
+        ScanLine = "scanline",
+        /// A T-buffer.
+        TBuffer = "tbuffer",
+        /// An R-buffer.
+        RBuffer = "rbuffer",
+        /// An M-buffer.
+        MBuffer = "mbuffer",
+    }
+}
+
 parameters! {
     /// What a user chooses.
     pub struct Params {
         /// Object-order engines, each with its merging unit (n).
         engines: u32 = 16, "engines", 1..=MAX_ENGINES;
-        /// Scan-line engines (r); each has every r-th line.
+        /// What adds the transparent primitives to the merged image: scan-line engines, or a fragment store.
+        transparency: Behind = Behind::ScanLine, "", ();
+        /// Scan-line engines (r); each has every r-th line (transparency=scanline).
         scan_line_engines: u32 = 1, "engines", 1..=MAX_SCAN_LINE_ENGINES;
         /// Overhead after each scan line, in the merger and where results are collected.
         beta: u32 = 20, "cycles", 0..=1023;
@@ -67,16 +88,19 @@ parameters! {
         distribution: Distribution = Distribution::RoundRobin, "", ();
         /// Set-up of a primitive, beside the drawing of the one before.
         set_up_cycles: u32 = 4, "cycles", 1..=256;
-        /// From fragment to fragment of an object-order engine.
+        /// From fragment to fragment of an object-order engine, and of transparent primitives for a fragment store.
         fragment_cycles: u32 = 1, "cycles", 1..=256;
         /// Primitives that wait for an object-order engine.
         primitive_queue: u32 = 4, "primitives", 1..=4096;
         /// Transparent primitives that a frame may have.
         primitives: u32 = 262_144, "primitives", 1..=1 << 22;
-        /// Transparent primitives that a scan line may have.
+        /// Transparent primitives that a scan line may have (transparency=scanline).
         line_primitives: u32 = 8192, "primitives", 1..=1 << 20;
-        /// Fragments sorted in one pass (K), the opaque one included; a pixel with more takes several passes.
+        /// Fragments sorted in one pass (K), the opaque one included; a pixel with more takes several passes (transparency=scanline).
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
+        part tbuffer: tbuffer::Params;
+        part rbuffer: rbuffer::Params;
+        part mbuffer: mbuffer::Params;
     }
 }
 
@@ -98,24 +122,10 @@ pub const PRESETS: &[Preset<Params>] = &[
     },
 ];
 
-/// What the blocks of a machine with scan-line engines need to know.
-pub type Config = super::Config<scan_lines::Config>;
-
-impl Config {
-    /// Checks the parameters against each other.
-    ///
-    /// # Errors
-    /// If there are more scan-line engines than lines, or the local frame buffers are larger than a simulation
-    /// can hold.
-    pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
-        let Params { engines, scan_line_engines, .. } = params;
-        if scan_line_engines > screen.height {
-            return Err(ParamError::Together(format!(
-                "parameter `scan_line_engines` is {scan_line_engines}: expected at most {}, the rows of the \
-                 screen",
-                screen.height
-            )));
-        }
+impl<C> Config<C> {
+    /// The machine with `transparency` behind its merger.
+    fn new(screen: Screen, params: &Params, transparency: C) -> Result<Config<C>, ParamError> {
+        let Params { engines, beta, distribution, primitive_queue, .. } = *params;
         let pixels = u64::from(engines) * u64::from(screen.pixels());
         if pixels > MAX_LOCAL_PIXELS {
             return Err(ParamError::Together(format!(
@@ -123,35 +133,64 @@ impl Config {
                  {MAX_LOCAL_PIXELS}"
             )));
         }
-        let raster = raster::Config { screen, beta: params.beta };
-        let bucket_sort = bucket_sort::Config {
-            screen,
-            engines: scan_line_engines,
-            index: 0,
-            capacity: params.primitives,
-        };
-        let walker = walker::Config {
-            screen,
-            set_up_cycles: params.set_up_cycles,
-            fragment_cycles: params.fragment_cycles,
-        };
         Ok(Config {
-            distributor: distributor::Config { screen, engines, distribution: params.distribution },
+            distributor: distributor::Config { screen, engines, distribution },
             merger: merger::Config {
-                shape: merger::Shape { engines, raster },
-                engine: object_engine::Config { walker, queue: params.primitive_queue },
-            },
-            transparency: scan_lines::Config {
-                engines: scan_line_engines,
-                engine: scan_line::Config {
-                    bucket_sort,
-                    line_primitives: params.line_primitives.min(params.primitives),
-                    sorter_depth: params.sorter_depth,
+                shape: merger::Shape { engines, raster: raster::Config { screen, beta } },
+                engine: object_engine::Config {
+                    walker: walker(screen, params),
+                    queue: primitive_queue,
                 },
-                raster,
             },
+            transparency,
         })
     }
+}
+
+fn walker(screen: Screen, params: &Params) -> walker::Config {
+    let Params { set_up_cycles, fragment_cycles, .. } = *params;
+    walker::Config { screen, set_up_cycles, fragment_cycles }
+}
+
+/// What the blocks of a machine with scan-line engines need to know.
+///
+/// # Errors
+/// If there are more scan-line engines than lines, or the local frame buffers are larger than a simulation
+/// can hold.
+pub fn scan_lines(
+    screen: Screen,
+    params: &Params,
+) -> Result<Config<scan_lines::Config>, ParamError> {
+    let engines = params.scan_line_engines;
+    if engines > screen.height {
+        return Err(ParamError::Together(format!(
+            "parameter `scan_line_engines` is {engines}: expected at most {}, the rows of the screen",
+            screen.height
+        )));
+    }
+    let capacity = params.primitives;
+    let bucket_sort = bucket_sort::Config { screen, engines, index: 0, capacity };
+    let engine = scan_line::Config {
+        bucket_sort,
+        line_primitives: params.line_primitives.min(params.primitives),
+        sorter_depth: params.sorter_depth,
+    };
+    let raster = raster::Config { screen, beta: params.beta };
+    Config::new(screen, params, scan_lines::Config { engines, engine, raster })
+}
+
+/// What the blocks of a machine with a fragment store need to know; `store` is the store's own part, for the
+/// same screen.
+///
+/// # Errors
+/// If the local frame buffers are larger than a simulation can hold.
+pub fn store<C>(
+    screen: Screen,
+    params: &Params,
+    store: C,
+) -> Result<Config<store::Config<C>>, ParamError> {
+    let walker = walker(screen, params);
+    Config::new(screen, params, store::Config { primitives: params.primitives, walker, store })
 }
 
 #[cfg(test)]
@@ -160,7 +199,7 @@ mod tests {
 
     fn refused(screen: (u32, u32), params: Params) -> String {
         let screen = Screen { width: screen.0, height: screen.1, background: 0 };
-        Config::new(screen, params).unwrap_err().to_string()
+        scan_lines(screen, &params).unwrap_err().to_string()
     }
 
     #[test]
@@ -176,6 +215,6 @@ mod tests {
             "the local frame buffers of `engines` engines hold 1073741824 pixels: expected at most 536870912"
         );
         let screen = Screen { width: 64, height: 48, background: 0 };
-        assert!(Config::new(screen, Params { scan_line_engines: 48, ..Params::default() }).is_ok());
+        assert!(scan_lines(screen, &Params { scan_line_engines: 48, ..Params::default() }).is_ok());
     }
 }

@@ -17,6 +17,7 @@
 pub mod buckets;
 pub mod config;
 pub mod distributor;
+pub mod double_buffer;
 pub mod merger;
 pub mod merging_unit;
 pub mod monitor;
@@ -24,6 +25,7 @@ pub mod object_engine;
 pub mod raster;
 pub mod scan_line;
 pub mod scan_lines;
+pub mod store;
 pub mod sweep;
 pub mod transparency;
 pub mod walker;

@@ -4,8 +4,8 @@ use super::merging_unit::{Opaque, STAGES};
 use super::transparency::{Transparency, Watch};
 use super::{Composer, Config, Out, State, object_engine};
 use crate::machine::{
-    Arithmetic, Census, Check, Dealer, Fragments, Machine, Monitor, Phase, PhaseCounts, Ports,
-    Seen, Tally, memory_tallies, seen, waits,
+    Arithmetic, Census, Check, Dealer, Fragments, Machine, MemoryTally, Monitor, Phase,
+    PhaseCounts, Ports, Seen, Tally, memory_tallies, seen, waits,
 };
 use crate::pixel::{Marked, Screen};
 use crate::primitive::Primitive;
@@ -38,12 +38,14 @@ pellucid_sim::counters! {
     }
 }
 
+/// Where the memories behind the merger are.
+const BEHIND: &str = "transparency.";
+
 /// See the module's description.
 pub struct ComposerMonitor<T: Transparency> {
     phases: PhaseCounts,
     primitive: StreamMonitor<Marked<Primitive>>,
     merged: StreamMonitor<Opaque>,
-    image: StreamMonitor<u32>,
     behind: T::Monitor,
     cycles: Cycles,
     frames: u64,
@@ -60,14 +62,14 @@ pub struct ComposerMonitor<T: Transparency> {
 
 impl<T: Transparency> ComposerMonitor<T> {
     fn streams(&self) -> Vec<Seen> {
-        vec![seen(&self.primitive), seen(&self.merged), seen(&self.image)]
+        vec![seen(&self.primitive), seen(&self.merged)]
     }
 }
 
 impl<T: Transparency> Machine for Composer<T> {
     type Item = Primitive;
     type Monitor = ComposerMonitor<T>;
-    const ARITHMETIC: Arithmetic = Arithmetic::Blend;
+    const ARITHMETIC: Arithmetic = T::ARITHMETIC;
 
     fn dealer(cfg: &Self::Config) -> Option<Dealer<Primitive>> {
         let mut engines = cfg.distributor.distribution.engines(cfg.engines());
@@ -89,7 +91,7 @@ impl<T: Transparency> Machine for Composer<T> {
         let line = u64::from(width + cfg.merger.shape.raster.beta);
         let through = u64::from(STAGES * cfg.engines());
         let frame = line * u64::from(height) + through;
-        vec![
+        let mut checks = vec![
             Check {
                 what: "cycles of merging, (v + beta) * w + 4 * n for each frame",
                 expected: frames.len() as u64 * frame,
@@ -100,12 +102,9 @@ impl<T: Transparency> Machine for Composer<T> {
                 expected: line + through,
                 found: tally.figure("first_line"),
             },
-            Check {
-                what: "cycles from the last line's completion until it is collected, v + beta",
-                expected: line,
-                found: tally.figure("last_line"),
-            },
-        ]
+        ];
+        checks.extend(T::closed_forms(&cfg.transparency, &seen_from(BEHIND, tally), frames));
+        checks
     }
 }
 
@@ -115,7 +114,6 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
             phases: PhaseCounts::default(),
             primitive: StreamMonitor::new("primitive", "source", "distributor"),
             merged: StreamMonitor::new("merged", "merger", "transparency"),
-            image: StreamMonitor::new("image", "scanout", "display"),
             behind: T::Monitor::new(&cfg.transparency),
             cycles: Cycles::default(),
             frames: 0,
@@ -137,13 +135,12 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
         o: &Out<T>,
     ) -> Result<(), Violation> {
         self.phases.observe(o.phase, o.primitive.fires(), o.shows);
-        self.image.observe(o.image)?;
+        self.behind.observe(&cfg.transparency, &q.transparency, &o.transparency, o.image)?;
         if o.phase == Phase::Clear {
             return Ok(());
         }
         self.primitive.observe(o.primitive)?;
         self.merged.observe(o.merger.merged)?;
-        self.behind.observe(&cfg.transparency, &q.transparency, &o.transparency)?;
         self.cycles.draw += u64::from(o.draws);
         self.cycles.merge += u64::from(o.merges);
         self.cycles.compose += u64::from(o.composes);
@@ -171,51 +168,78 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
 
     fn transfers(&self) -> u64 {
         let streams: u64 = self.streams().iter().map(|stream| stream.tally.transfers).sum();
-        streams + self.drawn + self.hidden + self.cycles.merge
+        streams + self.drawn + self.hidden + self.cycles.merge + self.behind.transfers()
     }
 
     fn deadlock(&self, cycle: u64, idle: u64, q: &State<T>) -> Deadlock {
         let at = if q.begun { Phase::Store } else { Phase::Idle };
-        let state = |block: &str| {
-            T::Monitor::state(block, &q.transparency).unwrap_or_else(|| state_name(at))
-        };
-        Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
+        let mut waits = waits(&self.streams(), |_| state_name(at));
+        waits.extend(self.behind.waits(&q.transparency));
+        // Who cannot send is the cause.
+        if waits.iter().any(|wait| wait.sends) {
+            waits.retain(|wait| wait.sends);
+        }
+        Deadlock { cycle, idle, waits }
     }
 
-    fn tally(&self, _: &Config<T::Config>, memories: &[(String, StorageInfo)]) -> Tally {
-        let memories = together(memories);
-        let peak_words = |name: &str, words| match name.strip_prefix("transparency.") {
-            Some(name) => self.behind.peak_words(name).unwrap_or(words),
-            None if name == "merger.engines.queue" => self.queued,
-            None => words,
-        };
+    fn tally(&self, cfg: &Config<T::Config>, memories: &[(String, StorageInfo)]) -> Tally {
         let own = Own {
             frames: self.frames,
             engine_work: self.work.iter().sum(),
             busiest_engine: self.work.iter().copied().max().unwrap_or(0),
             first_line: self.until_first_line,
         };
-        let behind = self.behind.fragments();
-        let mut figures = own.figures();
-        figures.extend(self.behind.own());
-        Tally {
+        let [inside, around] = below(BEHIND, &together(memories));
+        let behind = self.behind.tally(&cfg.transparency, &inside);
+        let peak_words =
+            |name: &str, words| if name == "merger.engines.queue" { self.queued } else { words };
+        let mut tally = Tally {
             cycles: self.phases.cycles(),
             further_cycles: self.cycles.figures(),
             fragments: Fragments {
-                arrived: self.drawn + self.hidden + behind.arrived,
+                arrived: self.drawn + self.hidden + behind.fragments.arrived,
                 drawn: self.drawn,
                 hidden: self.hidden,
-                ..behind
+                ..behind.fragments
             },
-            dropped_since: self.behind.dropped_since(),
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
-            memories: memory_tallies(&memories, peak_words),
-            seed_accesses: 0,
-            seed_bytes: 0,
-            seed_bytes_used: 0,
-            own: figures,
+            memories: memory_tallies(&around, peak_words),
+            own: own.figures(),
+            ..behind.clone()
+        };
+        tally.streams.extend(behind.streams);
+        tally.memories.extend(above(BEHIND, behind.memories));
+        tally.own.extend(behind.own);
+        tally
+    }
+}
+
+/// The memories whose path begins with `place`, with the rest of it, and the others.
+pub(super) fn below(
+    place: &str,
+    memories: &[(String, StorageInfo)],
+) -> [Vec<(String, StorageInfo)>; 2] {
+    let (mut inside, mut around) = (vec![], vec![]);
+    for (name, info) in memories {
+        match name.strip_prefix(place) {
+            Some(name) => inside.push((name.to_string(), *info)),
+            None => around.push((name.clone(), *info)),
         }
     }
+    [inside, around]
+}
+
+/// A tally as the part that is at `place` sees it: with its own memories.
+pub(super) fn seen_from(place: &str, tally: &Tally) -> Tally {
+    let memories = tally.memories.iter().filter_map(|m| {
+        m.name.strip_prefix(place).map(|name| MemoryTally { name: name.to_string(), ..*m })
+    });
+    Tally { memories: memories.collect(), ..tally.clone() }
+}
+
+/// Memories of the part that is at `place`.
+pub(super) fn above(place: &str, memories: Vec<MemoryTally>) -> impl Iterator<Item = MemoryTally> {
+    memories.into_iter().map(move |m| MemoryTally { name: format!("{place}{}", m.name), ..m })
 }
 
 /// The memories of engines of one kind as one, their numbers left out of the name.

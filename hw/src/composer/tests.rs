@@ -1,19 +1,21 @@
-use super::config::Distribution;
+use super::config::{Distribution, Params};
 use super::monitor::ComposerMonitor;
 use super::scan_lines::ScanLines;
+use super::store::Store;
 use super::*;
+use crate::allocator::FreeList;
 use crate::machine::{Census, Fragments, Machine, Monitor, Tally};
 use crate::pixel::{Fragment, Z_FAR, blend};
-use crate::test_util::{Pattern, Source, Triangle, composer, pattern, triangle};
+use crate::rbuffer::{RBuffer, config as rbuffer};
+use crate::tbuffer::{TBuffer, config as tbuffer};
+use crate::test_util::{Pattern, Source, Triangle, composer, pattern, screen, triangle};
 use pellucid_sim::Sim;
 use pellucid_sim::block::Cycle;
 use proptest::prelude::*;
 
-type MachineConfig = Config<scan_lines::Config>;
-
 /// Plays frames one right after the other; gives the images, and what was counted.
-fn play(
-    cfg: MachineConfig,
+fn play<T: Transparency>(
+    cfg: Config<T::Config>,
     frames: &[Vec<Triangle>],
     starts: &Pattern,
     ready: &Pattern,
@@ -24,8 +26,8 @@ fn play(
         primitives.map(Marked::item).chain([Marked::end()])
     });
     let mut source = Source::new(items.collect::<Vec<_>>(), starts.clone());
-    let mut sim = Sim::<Composer<ScanLines>>::new(cfg);
-    let mut monitor = ComposerMonitor::<ScanLines>::new(&cfg);
+    let mut sim = Sim::<Composer<T>>::new(cfg);
+    let mut monitor = ComposerMonitor::<T>::new(&cfg);
     let mut shown = vec![];
     for cycle in 0.. {
         assert!(cycle < 200_000, "the images do not end");
@@ -39,13 +41,16 @@ fn play(
         }
     }
     let images = shown.chunks(screen.pixels() as usize).map(<[u32]>::to_vec).collect();
-    (images, monitor.tally(&cfg, &[]))
+    let mut memories = vec![];
+    sim.memories()
+        .visit("", &mut |path, storage| memories.push((path.to_string(), storage.info())));
+    (images, monitor.tally(&cfg, &memories))
 }
 
 /// The image of a frame by definition: opaque fragments engine by engine, the nearest first one stays;
 /// transparent ones in front of it far to near, of equal ones the first first. How many of these there are,
-/// and are hidden, is added to `counts`.
-fn image(cfg: &MachineConfig, frame: &[Triangle], counts: &mut Fragments) -> Vec<u32> {
+/// and are hidden, is added to `counts`; also gives what is known of the frame.
+fn image<C>(cfg: &Config<C>, frame: &[Triangle], counts: &mut Fragments) -> (Vec<u32>, Census) {
     let screen = *cfg.screen();
     let mut engines = cfg.distributor.distribution.engines(cfg.engines());
     let (mut opaque, mut transparent) = (vec![vec![]; cfg.engines() as usize], vec![]);
@@ -58,6 +63,7 @@ fn image(cfg: &MachineConfig, frame: &[Triangle], counts: &mut Fragments) -> Vec
         }
     }
     counts.arrived += (opaque.iter().flatten().count() + transparent.len()) as u64;
+    let mut histogram = vec![0; transparent.len() + 1];
     let mut at = |(x, y): (u32, u32)| {
         let here = |f: &&Fragment| (f.x, f.y) == (x, y);
         let below =
@@ -67,11 +73,61 @@ fn image(cfg: &MachineConfig, frame: &[Triangle], counts: &mut Fragments) -> Vec
         let mut above: Vec<&Fragment> =
             transparent.iter().filter(here).filter(|f| f.z < below.0).collect();
         counts.blended += above.len() as u64;
+        histogram[above.len()] += 1;
         counts.culled += (transparent.iter().filter(here).count() - above.len()) as u64;
         above.sort_by_key(|f| std::cmp::Reverse(f.z));
         above.iter().fold(below.1, |colour, f| blend(f.rgba, colour))
     };
-    (0..screen.pixels()).map(|p| at((p % screen.width, p / screen.width))).collect()
+    let image = (0..screen.pixels()).map(|p| at((p % screen.width, p / screen.width))).collect();
+    let stored = histogram.iter().zip(0..).map(|(pixels, layers)| pixels * layers).sum();
+    (image, Census { stored, histogram })
+}
+
+/// Plays frames, and holds images and counts to what is known without the machine.
+fn check<T: Transparency>(
+    cfg: Config<T::Config>,
+    frames: &[Vec<Triangle>],
+    starts: &Pattern,
+    ready: &Pattern,
+) -> Result<(), TestCaseError> {
+    let (images, tally) = play::<T>(cfg, frames, starts, ready);
+    let mut counts = Fragments::default();
+    let (expected, census): (Vec<Vec<u32>>, Vec<Census>) =
+        frames.iter().map(|frame| image(&cfg, frame, &mut counts)).unzip();
+    prop_assert_eq!(images, expected);
+    let found = tally.fragments;
+    prop_assert_eq!(found.arrived, counts.arrived);
+    prop_assert_eq!(
+        [found.blended, found.stored, found.culled, found.dropped],
+        [counts.blended, counts.blended, counts.culled, 0]
+    );
+    prop_assert_eq!(found.drawn + found.hidden + found.blended + found.culled, counts.arrived);
+    for check in Composer::<T>::closed_forms(&cfg, &tally, &census) {
+        prop_assert_eq!(check.found, check.expected, "{}", check.what);
+    }
+    Ok(())
+}
+
+/// What stands behind the merger.
+#[derive(Clone, Copy, Debug)]
+enum Behind {
+    ScanLines(u32),
+    TBuffer,
+    RBuffer(rbuffer::Params),
+}
+
+fn behind() -> impl Strategy<Value = Behind> {
+    let rbuffer = (2u32..40, any::<bool>()).prop_map(|(queue, replay)| rbuffer::Params {
+        queue,
+        overflow: if replay { rbuffer::Overflow::Replay } else { rbuffer::Overflow::Outside },
+        outside_queue: 400,
+        outside_latency: 3,
+    });
+    prop_oneof![
+        2 => (1u32..=5).prop_map(Behind::ScanLines),
+        1 => Just(Behind::TBuffer),
+        1 => rbuffer.prop_map(Behind::RBuffer),
+    ]
 }
 
 fn some_triangle() -> impl Strategy<Value = Triangle> {
@@ -119,7 +175,7 @@ fn yellow_over_blue_is_green() {
     let forward = [&a, &b, &c, &d, &e, &f, &g].map(|s| s.to_vec()).concat();
     let others = [&c, &g, &a, &f, &b, &e, &d].map(|s| s.to_vec()).concat();
     let always = Pattern::always();
-    let (images, _) = play(composer(3, 2), &[forward, others], &always, &always);
+    let (images, _) = play::<ScanLines>(composer(3, 2), &[forward, others], &always, &always);
     for image in images {
         // 128 of 255 of yellow, 127 of 255 of blue: as much red as green, and as much of blue but one.
         assert_eq!(image[3 * 7 + 3], 0x80_80_7f);
@@ -129,32 +185,43 @@ fn yellow_over_blue_is_green() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
-    /// Any number of engines of either kind, either distribution, frames in a row, whatever stalls.
+    /// Any number of engines, whatever is behind them, either distribution, frames in a row, whatever stalls.
     #[test]
     fn images_are_what_the_golden_model_says(
         frames in proptest::collection::vec(proptest::collection::vec(some_triangle(), 0..8), 1..4),
         engines in 1u32..=8,
-        scan_line_engines in 1u32..=5,
+        behind in behind(),
         by_area: bool,
         starts in pattern(),
         ready in pattern(),
     ) {
-        let mut cfg = composer(engines, scan_line_engines);
-        if by_area {
-            cfg.distributor.distribution = Distribution::Area;
-        }
-        let (images, tally) = play(cfg, &frames, &starts, &ready);
-        let mut counts = Fragments::default();
-        let expected: Vec<Vec<u32>> =
-            frames.iter().map(|frame| image(&cfg, frame, &mut counts)).collect();
-        prop_assert_eq!(images, expected);
-        let found = tally.fragments;
-        prop_assert_eq!(found.arrived, counts.arrived);
-        prop_assert_eq!([found.blended, found.stored, found.culled, found.dropped], [counts.blended, counts.blended, counts.culled, 0]);
-        prop_assert_eq!(found.drawn + found.hidden + found.blended + found.culled, counts.arrived);
-        let census = Census { stored: counts.blended, histogram: vec![] };
-        for check in Composer::<ScanLines>::closed_forms(&cfg, &tally, &vec![census; frames.len()]) {
-            prop_assert_eq!(check.found, check.expected, "{}", check.what);
+        let distribution =
+            if by_area { Distribution::Area } else { Distribution::RoundRobin };
+        let params = Params {
+            engines,
+            distribution,
+            beta: 2,
+            primitives: 12,
+            tbuffer: tbuffer::Params { sections: 7, outside_sections: 400, ..tbuffer::Params::default() },
+            ..Params::default()
+        };
+        let screen = screen(7, 5);
+        match behind {
+            Behind::ScanLines(scan_line_engines) => {
+                let mut cfg = composer(engines, scan_line_engines);
+                cfg.distributor.distribution = distribution;
+                check::<ScanLines>(cfg, &frames, &starts, &ready)?;
+            }
+            Behind::TBuffer => {
+                let store = tbuffer::Config::new(screen, params.tbuffer).unwrap();
+                let cfg = config::store(screen, &params, store).unwrap();
+                check::<Store<TBuffer<FreeList>>>(cfg, &frames, &starts, &ready)?;
+            }
+            Behind::RBuffer(rbuffer) => {
+                let store = rbuffer::Config::new(screen, rbuffer).unwrap();
+                let cfg = config::store(screen, &params, store).unwrap();
+                check::<Store<RBuffer>>(cfg, &frames, &starts, &ready)?;
+            }
         }
     }
 }

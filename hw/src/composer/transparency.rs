@@ -2,10 +2,10 @@
 //! composed, and adds them to the merged opaque image.
 
 use super::merging_unit::Opaque;
-use crate::machine::Fragments;
+use crate::machine::{Arithmetic, Census, Check, Tally};
 use crate::pixel::{COLOUR_BITS, Marked, Screen};
 use crate::primitive::Primitive;
-use pellucid_sim::{Figure, Netlist, Registers, Signals, Stream, Violation};
+use pellucid_sim::{Handshake, Netlist, Registers, Signals, StorageInfo, Stream, Violation, Wait};
 
 /// See the module's description.
 pub trait Transparency:
@@ -20,27 +20,33 @@ pub trait Transparency:
 {
     /// Watches it.
     type Monitor: Watch<Self>;
+    /// How it makes colours.
+    const ARITHMETIC: Arithmetic;
+    /// What must have been counted behind the merger, for frames of which every fragment found its place.
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;
 }
 
 /// Watches what stands behind the merger: counts, and holds its streams to their rules.
 pub trait Watch<T: Transparency>: Sized {
     /// A monitor that has seen nothing.
     fn new(cfg: &T::Config) -> Self;
-    /// One cycle: the registers at its start and the wires during it.
+    /// One cycle: the registers at its start and the wires during it, and the image that goes out.
     ///
     /// # Errors
     /// A stream broke its rules: a bug in a block.
-    fn observe(&mut self, cfg: &T::Config, q: &T::State, out: &T::Out) -> Result<(), Violation>;
-    /// The state of one of its blocks, if it is one.
-    fn state(block: &str, q: &T::State) -> Option<&'static str>;
-    /// Transparent fragments by what became of them; those that came in are counted as `arrived`.
-    fn fragments(&self) -> Fragments;
-    /// Why fragments are dropped, with the parameters that could help.
-    fn dropped_since(&self) -> &'static str;
-    /// Its own figures.
-    fn own(&self) -> Vec<Figure>;
-    /// Of a memory, by its path, the most words in use; nothing if it is none of those that fill.
-    fn peak_words(&self, name: &str) -> Option<u64>;
+    fn observe(
+        &mut self,
+        cfg: &T::Config,
+        q: &T::State,
+        out: &T::Out,
+        image: Handshake<u32>,
+    ) -> Result<(), Violation>;
+    /// A number that grows whenever something moves.
+    fn transfers(&self) -> u64;
+    /// Who waits for whom in the last cycle.
+    fn waits(&self, q: &T::State) -> Vec<Wait>;
+    /// What was counted, but for the cycles by phase and opaque fragments; `memories` are those behind the merger.
+    fn tally(&self, cfg: &T::Config, memories: &[(String, StorageInfo)]) -> Tally;
 }
 
 /// Inputs.

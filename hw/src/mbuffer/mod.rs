@@ -27,7 +27,7 @@ use crate::chains::{self, Chains};
 use crate::course::{self, Course};
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
-use crate::machine::{Frame, Phase};
+use crate::machine::{Frame, Phase, Shown};
 use crate::pixel::{Fragment, Marked, PixelFragment};
 use array::Array;
 use config::Config;
@@ -37,6 +37,7 @@ use std::marker::PhantomData;
 use sum::{Sum, Term, plus};
 
 /// The M-buffer with allocator `A`.
+#[derive(Clone, Copy, Debug)]
 pub struct MBuffer<A>(PhantomData<A>);
 
 /// Registers.
@@ -116,6 +117,7 @@ pub struct Events {
 #[rtl(
     name = "mbuffer",
     input = cfg.screen,
+    moore = (),
     check(MBuffer<crate::allocator::FreeList>, crate::test_util::small_mbuffer(true)),
     check(MBuffer<crate::allocator::FreeList>, crate::test_util::small_mbuffer(false))
 )]
@@ -123,7 +125,7 @@ impl<A: Allocator> Block for MBuffer<A> {
     type Config = Config;
     type State = State<A>;
     type In = Frame;
-    type Moore = ();
+    type Moore = Shown;
     type Out = Out;
     type Mem = Mem<A>;
 
@@ -146,20 +148,27 @@ impl<A: Allocator> Block for MBuffer<A> {
         }
     }
 
-    fn moore(_: &Config, _: &State<A>, _: &Self::Mem) {}
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Shown {
+        let course = Course::moore(&cfg.screen, &q.course, &());
+        let display = Display::moore(&cfg.screen, &q.display, &m.display);
+        let ready =
+            course.open && DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test).ready;
+        let image = display.image;
+        Shown { phase: course.phase, ready, replay: course.replay, image, shows: display.busy }
+    }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: Frame) -> Out {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
+        let shown = Self::moore(cfg, q, m);
         let course = Course::moore(screen, &q.course, &());
         let display = Display::moore(screen, &q.display, &m.display);
-        let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
         let stored = Chains::<A>::moore(&cfg.chains, &q.chains, &m.chains);
 
         // Store, clocked from a frame's first offer on.
-        let fragment_ready = course.open && depth_test_ready;
         let storing = course.phase == Phase::Store || (course.open && i.fragment.valid);
         let resolving = course.phase == Phase::Resolve;
         let test = if storing {
@@ -215,7 +224,7 @@ impl<A: Allocator> Block for MBuffer<A> {
             Chains::<A>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
 
         let to_course = course::In {
-            comes: i.fragment.valid && fragment_ready,
+            comes: i.fragment.valid && shown.ready,
             end: i.fragment.payload.end,
             stored: chains.stored,
             resolved: chains.done,
@@ -237,9 +246,9 @@ impl<A: Allocator> Block for MBuffer<A> {
         Display::next(screen, &q.display, &mut d.display, &mut m.display, to_display);
 
         Out {
-            phase: course.phase,
-            fragment: i.fragment.with(fragment_ready),
-            image: display.image.with(i.image_ready),
+            phase: shown.phase,
+            fragment: i.fragment.with(shown.ready),
+            image: shown.image.with(i.image_ready),
             passed: test.passed.with(stored.ready),
             chains: chains.wires,
             term: term.with(true),
@@ -247,7 +256,7 @@ impl<A: Allocator> Block for MBuffer<A> {
                 drawn: test.drawn,
                 hidden: test.hidden,
                 culled_early: test.culled,
-                scanout: display.busy,
+                scanout: shown.shows,
                 frame_done,
             },
         }

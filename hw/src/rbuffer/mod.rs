@@ -33,7 +33,7 @@ use crate::blender::{self, Blender, Sorted};
 use crate::course::{self, Course};
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
-use crate::machine::{Frame, Phase};
+use crate::machine::{Frame, Phase, Shown};
 use crate::pixel::{Fragment, Marked, PixelFragment};
 use config::Config;
 use passes::Passes;
@@ -44,6 +44,7 @@ use rounds::Rounds;
 use selector::Selector;
 
 /// The machine.
+#[derive(Clone, Copy, Debug)]
 pub struct RBuffer;
 
 /// Registers.
@@ -152,6 +153,7 @@ pub struct Events {
 #[rtl(
     name = "rbuffer",
     input = cfg.screen,
+    moore = (),
     output = *cfg,
     check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
     check(RBuffer, crate::test_util::small_rbuffer(9, Some(0))),
@@ -161,7 +163,7 @@ impl Block for RBuffer {
     type Config = Config;
     type State = State;
     type In = Frame;
-    type Moore = ();
+    type Moore = Shown;
     type Out = Out;
     type Mem = Mem;
 
@@ -187,23 +189,30 @@ impl Block for RBuffer {
         }
     }
 
-    fn moore(_: &Config, _: &State, _: &Self::Mem) {}
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Shown {
+        let course = Course::moore(&cfg.screen, &q.course, &());
+        let display = Display::moore(&cfg.screen, &q.display, &m.display);
+        let ready =
+            course.open && DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test).ready;
+        let image = display.image;
+        Shown { phase: course.phase, ready, replay: course.replay, image, shows: display.busy }
+    }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: Frame) -> Out {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
+        let shown = Self::moore(cfg, q, m);
         let course = Course::moore(screen, &q.course, &());
         let display = Display::moore(screen, &q.display, &m.display);
-        let depth_test_ready = DepthTest::moore(screen, &q.depth_test, &m.depth_test).ready;
         let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
         let round = Rounds::moore(cfg, &q.rounds, &());
 
         // Arrivals, clocked from a frame's first offer on.
-        let fragment_ready = course.open && depth_test_ready;
         let storing = course.phase == Phase::Store || (course.open && i.fragment.valid);
         let resolving = course.phase == Phase::Resolve;
         let test = if storing {
@@ -284,7 +293,7 @@ impl Block for RBuffer {
         };
 
         let to_course = course::In {
-            comes: i.fragment.valid && fragment_ready,
+            comes: i.fragment.valid && shown.ready,
             end: i.fragment.payload.end,
             stored,
             resolved: blend.frame_done,
@@ -306,10 +315,10 @@ impl Block for RBuffer {
         Display::next(screen, &q.display, &mut d.display, &mut m.display, to_display);
 
         Out {
-            phase: course.phase,
-            fragment: i.fragment.with(fragment_ready),
-            image: display.image.with(i.image_ready),
-            replay: course.replay,
+            phase: shown.phase,
+            fragment: i.fragment.with(shown.ready),
+            image: shown.image.with(i.image_ready),
+            replay: shown.replay,
             passed: test.passed.with(selector_ready),
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),
@@ -326,7 +335,7 @@ impl Block for RBuffer {
                 pass_begins: pass.begins,
                 culled_late: select.culled,
                 blended: blend.blended,
-                scanout: display.busy,
+                scanout: shown.shows,
                 frame_done,
             },
         }

@@ -159,9 +159,14 @@ fn check_refusal(arch: &Architecture, preset: &str, settings: &[Setting], error:
     }
 }
 
+/// Whether none of the parameters that matter is large: those of a part do not, unless the part is chosen.
 fn is_small(machine: &dyn Runnable) -> bool {
-    machine.values().iter().all(|(_, value)| match value {
-        Value::Number(number) => *number <= MOST,
+    let values = machine.values();
+    let chosen = |part: &str| values.iter().any(|(_, value)| value.to_string() == part);
+    values.iter().all(|(name, value)| match value {
+        Value::Number(number) => {
+            *number <= MOST || name.split_once('.').is_some_and(|(part, _)| !chosen(part))
+        }
         Value::Choice(_) => true,
     })
 }

@@ -119,7 +119,7 @@ fn as_text(arch: &str, args: &AreaArgs, area: &Area) -> String {
     text + "\n" + LEGEND
 }
 
-fn as_json(arch: &str, args: &AreaArgs, config: &[(&'static str, Value)], area: &Area) -> Json {
+fn as_json(arch: &str, args: &AreaArgs, config: &[(String, Value)], area: &Area) -> Json {
     let blocks: Vec<Json> = area
         .parts
         .iter()

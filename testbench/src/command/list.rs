@@ -28,10 +28,12 @@ fn as_text() -> String {
             text += &format!("      {name:18} {about}\n");
         }
         text += "\n    parameters (-p NAME=VALUE)\n";
-        for p in (arch.parameters)() {
+        let parameters = (arch.parameters)();
+        let width = parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
+        for p in parameters {
             let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            text += &format!("      {:18} {}\n", p.name, p.about);
-            text += &format!("      {:18} default {}{unit}; {}\n", "", p.default, p.range);
+            text += &format!("      {:width$} {}\n", p.name, p.about);
+            text += &format!("      {:width$} default {}{unit}; {}\n", "", p.default, p.range);
         }
     }
     text += "\nSCENES (--scene)\n\n";

@@ -27,7 +27,7 @@ struct Broken {
 }
 
 impl Runnable for Broken {
-    fn values(&self) -> Vec<(&'static str, Value)> {
+    fn values(&self) -> Vec<(String, Value)> {
         vec![]
     }
     fn arithmetic(&self) -> Arithmetic {

@@ -112,7 +112,7 @@ fn the_numbers_of_states_are_those_of_the_code() {
     let mut mbuffer = StateMachines::default();
     mbuffer::State::<FreeList>::declare(&cfg, "registers", &mut mbuffer);
     let params = composer::config::Params { engines: 1, ..composer::config::Params::default() };
-    let cfg = composer::config::Config::new(screen, params).unwrap();
+    let cfg = composer::config::scan_lines(screen, &params).unwrap();
     let mut composer = StateMachines::default();
     composer::State::<ScanLines>::declare(&cfg, "registers", &mut composer);
     let mut table = String::from("| architecture | state machine | states |\n|---|---|---|\n");

@@ -88,7 +88,14 @@ fn configuration_files_are_checked() {
         ("sections = 1\nsections = 2\n", "line 2: duplicate key"),
         ("sections = 5.5\n", &format!("key `sections`: found float, {number}")),
         ("sections = true\n", &format!("key `sections`: found boolean, {number}")),
-        ("[store]\nsections = 5\n", &format!("key `store`: found table, {number}")),
+        ("[store]\n", &format!("key `store`: found table, {number}")),
+        ("[store]\nsections = [5]\n", &format!("key `store.sections`: found array, {number}")),
+        (
+            "[store]\nsections = 5\n",
+            "key `store.sections`: unknown parameter `store.sections` (did you mean `sections`?); known are \
+             `sections`, `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
+             `outside_sections`, `outside_latency`, `reads_in_flight`",
+        ),
         (
             "sections = -1\n",
             "key `sections`: parameter `sections` is `-1`: expected a whole number from 1 to 16777216",

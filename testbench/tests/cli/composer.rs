@@ -91,3 +91,72 @@ fn primitives_without_a_place_are_counted() {
         assert_eq!(text.lines().count(), 1, "{text}");
     }
 }
+
+/// The stores that can stand behind the merger give the image and counts that they should, frame by frame.
+#[test]
+fn a_fragment_store_behind_the_merger() {
+    let folder = folder();
+    let shared = ["--frames", "2", "--no-wave", "--quiet", "--out"];
+    for (store, memory) in [
+        ("tbuffer", "transparency.store.chains.sections.on_chip"),
+        ("rbuffer", "transparency.store.queue.on_chip"),
+        ("mbuffer", "transparency.store.chains.sections.on_chip"),
+    ] {
+        let args = ["-p", &format!("transparency={store}")];
+        exact(run(folder.path(), &[&COMPOSER[..], &args, &shared, &[store]].concat()));
+        let stats = stats(&folder.path().join(store));
+        assert_eq!(stats["cycles"]["merge"], 2 * ((40 + 20) * 30 + 4 * 16));
+        // Each is written once for each fragment that is stored, at least.
+        let memories = stats["memories"].as_array().unwrap();
+        let writes =
+            |name| memories.iter().find(|m| m["name"] == name).map(|m| m["writes"].as_u64());
+        let stored = stats["fragments"]["stored"].as_u64().unwrap();
+        assert!(stored > 0 && writes(memory).flatten() >= Some(stored), "{store}");
+        assert_eq!(writes("transparency.engines.lines"), None);
+    }
+}
+
+#[test]
+fn a_store_has_its_own_parameters() {
+    let folder = folder();
+    let replay = "transparency = \"rbuffer\"\n[rbuffer]\nqueue = 40\noverflow = \"replay\"\n";
+    fs::write(folder.path().join("store.toml"), replay).unwrap();
+    let args = ["--config", "store.toml", "-p", "rbuffer.queue=50", "--no-wave", "--quiet"];
+    exact(run(folder.path(), &[&COMPOSER[..], &args].concat()));
+    let stats = stats(&folder.path().join("pellucid-out"));
+    assert_eq!(stats["config"]["rbuffer.queue"], 50);
+    assert!(stats["composer"]["rounds"].as_u64() > Some(1));
+    // What does not fit is sent again from the primitives that the machine holds.
+    assert!(stats["composer"]["replayed"].as_u64() > Some(0));
+
+    let message = |args: &[&str], message: &str| {
+        refused(folder.path(), &[&["run"], &SMALL[..], &COMPOSER, args].concat(), message);
+    };
+    message(
+        &["-p", "tbuffer.sections=0"],
+        "-p tbuffer.sections=0: parameter `tbuffer.sections` is `0`: expected a whole number from 1 to 16777216",
+    );
+    message(
+        &["-p", "transparency=tbuffer", "-p", "tbuffer.allocator=bitmap"],
+        "parameter `tbuffer.sections` is 262144: expected at most 4096 with `tbuffer.allocator=bitmap`",
+    );
+    message(
+        &["-p", "transparency=dfb"],
+        "-p transparency=dfb: parameter `transparency` is `dfb`: expected `scanline`, `tbuffer`, `rbuffer` or `mbuffer`",
+    );
+}
+
+#[test]
+fn a_store_tells_what_it_lost() {
+    let folder = folder();
+    let lossy = |few: &str, said: &str| {
+        let args = ["-p", "transparency=tbuffer", "-p", few, "-p", "tbuffer.outside_sections=0"];
+        let output = run(folder.path(), &[&COMPOSER[..], &args, &["--no-wave"]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let text = stderr(&output);
+        assert!(text.contains(&format!(" fragments were dropped, {said}")), "{text}");
+        assert_eq!(text.lines().count(), 1, "{text}");
+    };
+    lossy("primitives=40", "a frame had too many transparent primitives (see `primitives`)");
+    lossy("tbuffer.sections=7", "no section was free");
+}

@@ -3,10 +3,10 @@
 use super::{Config, Out, ScanLines, State};
 use crate::composer::scan_line;
 use crate::composer::transparency::{Transparency, Watch};
-use crate::machine::Fragments;
-use crate::primitive::{Primitive, Span, next_row, span};
+use crate::machine::{Arithmetic, Census, Check, Fragments, Tally, memory_tallies, seen, waits};
+use crate::primitive::pixels;
 use pellucid_sim::signals::state_name;
-use pellucid_sim::{Figure, Figures, Violation};
+use pellucid_sim::{Figures, Handshake, StorageInfo, StreamMonitor, Violation, Wait};
 
 pellucid_sim::counters! {
     /// Figures of the scan-line engines.
@@ -24,6 +24,7 @@ pellucid_sim::counters! {
 
 /// See the module's description.
 pub struct ScanLinesMonitor {
+    image: StreamMonitor<u32>,
     /// Of each engine, the cycles of work.
     work: Vec<u64>,
     fragments: Fragments,
@@ -48,25 +49,23 @@ struct Peak {
     results: u64,
 }
 
-/// Pixels of a primitive whose rows are those of a screen of this width, one by one.
-fn pixels(primitive: &Primitive, width: u32) -> u64 {
-    let mut at = *primitive;
-    let mut pixels = 0;
-    for _ in primitive.row..=primitive.last_row {
-        let Span { empty, first, last } = span(at.edges, width);
-        pixels += if empty { 0 } else { u64::from(last - first) + 1 };
-        at = next_row(at);
-    }
-    pixels
-}
-
 impl Transparency for ScanLines {
     type Monitor = ScanLinesMonitor;
+    const ARITHMETIC: Arithmetic = Arithmetic::Blend;
+
+    fn closed_forms(cfg: &Config, tally: &Tally, _: &[Census]) -> Vec<Check> {
+        vec![Check {
+            what: "cycles from the last line's completion until it is collected, v + beta",
+            expected: u64::from(cfg.screen().width + cfg.raster.beta),
+            found: tally.figure("last_line"),
+        }]
+    }
 }
 
 impl Watch<ScanLines> for ScanLinesMonitor {
     fn new(cfg: &Config) -> ScanLinesMonitor {
         ScanLinesMonitor {
+            image: StreamMonitor::new("image", "scanout", "display"),
             work: vec![0; cfg.engines as usize],
             fragments: Fragments::default(),
             blends: 0,
@@ -79,7 +78,14 @@ impl Watch<ScanLines> for ScanLinesMonitor {
     }
 
     #[inline(always)]
-    fn observe(&mut self, cfg: &Config, q: &State, o: &Out) -> Result<(), Violation> {
+    fn observe(
+        &mut self,
+        cfg: &Config,
+        q: &State,
+        o: &Out,
+        image: Handshake<u32>,
+    ) -> Result<(), Violation> {
+        self.image.observe(image)?;
         let f = &mut self.fragments;
         f.arrived += u64::from(o.fragments) + u64::from(o.lost);
         f.culled += u64::from(o.hidden);
@@ -120,42 +126,42 @@ impl Watch<ScanLines> for ScanLinesMonitor {
         Ok(())
     }
 
-    fn state(block: &str, q: &State) -> Option<&'static str> {
-        match block {
-            "scanout" => Some(state_name(q.scanout.fsm)),
-            _ => None,
-        }
+    fn transfers(&self) -> u64 {
+        self.image.transfers + self.collected + self.blends + self.fragments.arrived
     }
 
-    fn fragments(&self) -> Fragments {
-        // Each pixel has one opaque fragment.
-        Fragments { blended: self.blends.saturating_sub(self.collected), ..self.fragments }
+    fn waits(&self, q: &State) -> Vec<Wait> {
+        waits(&[seen(&self.image)], |_| state_name(q.scanout.fsm))
     }
 
-    fn dropped_since(&self) -> &'static str {
-        "a frame or a line had too many primitives (see `primitives` and `line_primitives`)"
-    }
-
-    fn own(&self) -> Vec<Figure> {
+    fn tally(&self, _: &Config, memories: &[(String, StorageInfo)]) -> Tally {
         let own = Own {
             scan_line_work: self.work.iter().sum(),
             busiest_scan_line_engine: self.work.iter().copied().max().unwrap_or(0),
             last_line: self.last_line,
             lost_primitives: self.lost_primitives,
         };
-        own.figures()
-    }
-
-    fn peak_words(&self, name: &str) -> Option<u64> {
         let p = &self.peak;
-        match name {
-            "engines.down.buckets.items" | "engines.down.buckets.next" => Some(p.down),
-            "engines.down.active" => Some(p.active_down),
-            "engines.along.buckets.items" | "engines.along.buckets.next" => Some(p.along),
-            "engines.along.active" => Some(p.active_along),
-            "engines.opaque" => Some(p.opaque),
-            "engines.results" => Some(p.results),
-            _ => None,
+        let peak_words = |name: &str, words| match name {
+            "engines.down.buckets.items" | "engines.down.buckets.next" => p.down,
+            "engines.down.active" => p.active_down,
+            "engines.along.buckets.items" | "engines.along.buckets.next" => p.along,
+            "engines.along.active" => p.active_along,
+            "engines.opaque" => p.opaque,
+            "engines.results" => p.results,
+            _ => words,
+        };
+        Tally {
+            // Each pixel has one opaque fragment.
+            fragments: Fragments {
+                blended: self.blends.saturating_sub(self.collected),
+                ..self.fragments
+            },
+            dropped_since: "a frame or a line had too many primitives (see `primitives` and `line_primitives`)",
+            streams: vec![seen(&self.image).tally],
+            memories: memory_tallies(memories, peak_words),
+            own: own.figures(),
+            ..Tally::default()
         }
     }
 }
