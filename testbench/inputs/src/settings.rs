@@ -117,7 +117,7 @@ fn check_machines(settings: &[Setting]) {
 fn check_values(arch: &Architecture, settings: &[Setting], machine: &dyn Runnable) {
     let values = machine.values();
     let names = || (arch.parameters)().into_iter().map(|parameter| parameter.name);
-    assert!(values.iter().map(|(name, _)| *name).eq(names()), "the parameters' names");
+    assert!(values.iter().map(|(name, _)| name.clone()).eq(names()), "the parameters' names");
     for (name, value) in &values {
         if let Some(last) = settings.iter().rfind(|setting| setting.name == *name) {
             let same = match value {
@@ -152,8 +152,8 @@ fn check_refusal(arch: &Architecture, preset: &str, settings: &[Setting], error:
         }
         SettingError::Together(error) => {
             let text = error.to_string();
-            let named = |name| text.contains(&format!("`{name}`"));
-            assert!((arch.parameters)().iter().any(|p| named(p.name)), "none is named: {text}");
+            let named = |name: &str| text.contains(&format!("`{name}`"));
+            assert!((arch.parameters)().iter().any(|p| named(&p.name)), "none is named: {text}");
         }
         _ => panic!("refused by {error:?}"),
     }

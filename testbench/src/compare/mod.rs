@@ -9,7 +9,9 @@ use crate::report::{Entry, align_right, at_margin, csv_text, grouped, nest};
 use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
 use comfy_table::{Table, presets};
-use pellucid_hw::machine::Arithmetic;
+use pellucid_hw::machine::{Arithmetic, Cycles};
+use pellucid_hw::params::Value;
+use pellucid_sim::Figures;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
@@ -50,6 +52,14 @@ pub struct Compared {
     pub trials: Vec<Trial>,
 }
 
+/// Machines that are the same but for a parameter that is a number.
+struct Sweep<'a> {
+    /// The parameter.
+    parameter: &'a str,
+    /// Its values from the smallest on, each with the number of its machine.
+    values: Vec<(u32, usize)>,
+}
+
 /// One figure, and its value for each machine.
 struct Row<'a> {
     figure: &'a Entry,
@@ -58,20 +68,60 @@ struct Row<'a> {
 
 impl Compared {
     /// The figures that are compared, in their order: those of every machine, and if all machines are of one
-    /// architecture also its own.
-    fn figures(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        let first = self.trials.first().map(|trial| &trial.report);
-        let alike = first
-            .filter(|report| self.trials.iter().all(|trial| trial.report.arch() == report.arch()));
-        let own = alike.into_iter().flat_map(|report| {
-            let own = report.entries().iter().filter(|entry| entry.group == report.arch());
-            own.map(|entry| (entry.group, entry.name))
-        });
-        FIGURES.into_iter().chain(own)
+    /// architecture also its own, as far as all have them.
+    fn figures(&self) -> Vec<(&'static str, &'static str)> {
+        let mut figures = FIGURES.to_vec();
+        let Some(first) = self.trials.first().map(|trial| &trial.report) else { return figures };
+        let reports = || self.trials.iter().map(|trial| &trial.report);
+        if reports().all(|report| report.arch() == first.arch()) {
+            let all = Cycles::default().figures();
+            let own = first.entries().iter().filter(|entry| match entry.group {
+                "cycles" => all.iter().all(|figure| figure.name != entry.name),
+                group => group == first.arch(),
+            });
+            let names = own.map(|entry| (entry.group, entry.name));
+            let shared = names.filter(|(group, name)| {
+                reports().all(|report| report.figure(group, name).is_some())
+            });
+            figures.extend(shared);
+        }
+        figures
     }
 
     fn rows(&self) -> Vec<Row<'_>> {
-        self.figures().filter_map(|(group, name)| self.row(group, name)).collect()
+        self.figures().into_iter().filter_map(|(group, name)| self.row(group, name)).collect()
+    }
+
+    /// What the machines are a sweep over, if they are one.
+    fn sweep(&self) -> Option<Sweep<'_>> {
+        let (first, others) = self.trials.split_first()?;
+        let first = &first.report;
+        if others.iter().any(|trial| trial.report.arch() != first.arch()) {
+            return None;
+        }
+        let at = |k: usize| self.trials.iter().map(move |trial| &trial.report.config()[k].1);
+        let mut varied =
+            (0..first.config().len()).filter(|k| at(*k).any(|v| *v != first.config()[*k].1));
+        let (Some(k), None) = (varied.next(), varied.next()) else { return None };
+        let number = |(value, machine): (&Value, usize)| match value {
+            Value::Number(number) => Some((*number, machine)),
+            Value::Choice(_) => None,
+        };
+        let mut values: Vec<(u32, usize)> = at(k).zip(0..).map(number).collect::<Option<_>>()?;
+        values.sort_unstable();
+        Some(Sweep { parameter: &first.config()[k].0, values })
+    }
+
+    /// Of each machine a parameter that is a number, 1 where it has none of that name.
+    fn number(&self, parameter: &str) -> Vec<f64> {
+        let of = |trial: &Trial| {
+            let value = trial.report.config().iter().find(|(name, _)| name == parameter);
+            match value {
+                Some((_, Value::Number(number))) => f64::from(*number),
+                _ => 1.0,
+            }
+        };
+        self.trials.iter().map(of).collect()
     }
 
     /// One figure; there is none where nothing was run.
@@ -128,7 +178,7 @@ impl Comparison {
             let frame = trial.report.entries().iter().filter(|e| e.group == "frame");
             about.append(&mut nest(frame, &mut object));
         }
-        let figures: Vec<_> = scene.figures().collect();
+        let figures = scene.figures();
         let runs = self.machines.iter().zip(&scene.trials).map(|(machine, trial)| {
             let mut run = trial.report.labels();
             run.remove("scene");

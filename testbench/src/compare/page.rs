@@ -2,7 +2,7 @@
 //!
 //! The page is XML too, so that it can be checked, and read by other programs.
 
-use super::{Compared, Comparison, Row, heat, plots};
+use super::{Compared, Comparison, Row, Sweep, heat, plots};
 use crate::image::Image;
 use crate::report::grouped;
 use crate::trial::Trial;
@@ -100,6 +100,9 @@ pub(super) fn page(comparison: &Comparison) -> io::Result<String> {
     text += &table(comparison);
     text += &bars(comparison)?;
     for scene in &comparison.scenes {
+        text += &curves(scene)?;
+    }
+    for scene in &comparison.scenes {
         text += &frame(comparison, scene)?;
     }
     Ok(text + "</body>\n</html>\n")
@@ -182,6 +185,59 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
         text += &plot(&svg, &format!("{}, in {}. {}", figure.key(), figure.unit, figure.about));
     }
     Ok(text + "</div>\n")
+}
+
+/// Work of all engines of a kind, that of the busiest one, and the parameter that says how many there are.
+const LOADS: [(&str, &str, &str); 2] = [
+    ("engine_work", "busiest_engine", "engines"),
+    ("scan_line_work", "busiest_scan_line_engine", "scan_line_engines"),
+];
+
+/// Where the machines differ by a number alone: what is gained with it, and how evenly engines are busy.
+fn curves(scene: &Compared) -> io::Result<String> {
+    let Some(Sweep { parameter, values }) = scene.sweep() else { return Ok(String::new()) };
+    let labels: Vec<String> = values.iter().map(|(value, _)| value.to_string()).collect();
+    let along_sweep = |row: &Row| -> Vec<f64> {
+        values.iter().map(|(_, k)| row.values[*k].as_f64().unwrap_or_default()).collect()
+    };
+    let part = |lines: &[(String, Vec<f64>)], up: &str, caption: &str| -> io::Result<String> {
+        let series: Vec<Vec<f64>> = lines.iter().map(|(_, values)| values.clone()).collect();
+        let mut text = plot(&plots::lines(&labels, &series, parameter, up)?, caption);
+        text += "<p>\n";
+        for (k, (name, _)) in lines.iter().enumerate() {
+            let RGBColor(r, g, b) = plots::colour(k);
+            text += &sample(u32::from_be_bytes([0, r, g, b]), name);
+        }
+        Ok(text + "</p>\n")
+    };
+    let name = &scene.case.scene;
+    let mut text = format!("<h2>Scene {} over {}</h2>\n", escaped(name), escaped(parameter));
+
+    let cycles = scene.rows().into_iter().filter(|row| row.figure.group == "cycles");
+    let gains = cycles.map(|row| (row.figure.key(), along_sweep(&row)));
+    let gains: Vec<_> = gains
+        .filter(|(_, cycles)| cycles.iter().all(|cycles| *cycles > 0.0))
+        .map(|(key, cycles)| (key, cycles.iter().map(|c| cycles[0] / c).collect()))
+        .collect();
+    let caption = format!("Speed-up: cycles with {parameter}={}, over cycles.", labels[0]);
+    text += &part(&gains, "speed-up", &caption)?;
+
+    let mut loads = vec![];
+    for (work, busiest, count) in LOADS {
+        let row = |name| scene.rows().into_iter().find(|row| row.figure.name == name);
+        if let (Some(work), Some(busiest)) = (row(work), row(busiest)) {
+            let key = busiest.figure.key();
+            let (work, busiest) = (along_sweep(&work), along_sweep(&busiest));
+            let engines = scene.number(count);
+            let load = |n: usize| work[n] / engines[values[n].1] / busiest[n].max(1.0);
+            loads.push((key, (0..values.len()).map(load).collect()));
+        }
+    }
+    if !loads.is_empty() {
+        let caption = "Load balance: the mean work of an engine, over that of the busiest one.";
+        text += &part(&loads, "load balance", caption)?;
+    }
+    Ok(text)
 }
 
 /// What a scene looks like, and how deep it is.

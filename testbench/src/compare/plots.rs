@@ -130,3 +130,44 @@ pub(super) fn histogram(pixels: &[u64]) -> io::Result<String> {
     let label = |layers: usize| layers.to_string();
     svg(WIDTH, |area| draw(area, ends, &bars, (20, &label), ("layers", "pixels")))
 }
+
+/// A line for each of `series`, in their colours: `series[k][n]` stands above `labels[n]`.
+///
+/// # Errors
+/// The plot cannot be drawn.
+pub(super) fn lines(
+    labels: &[String],
+    series: &[Vec<f64>],
+    along: &str,
+    up: &str,
+) -> io::Result<String> {
+    let highest = series.iter().flatten().copied().fold(1.0, f64::max);
+    svg(WIDTH, |area| {
+        let ends = -0.25..labels.len() as f64 - 0.75;
+        let mut chart = ChartBuilder::on(area)
+            .margin(10)
+            .x_label_area_size(45)
+            .y_label_area_size(MARGIN)
+            .build_cartesian_2d(ends, 0.0..highest * 1.05)?;
+        let label = |x: &f64| whole(*x).and_then(|x| labels.get(x).cloned()).unwrap_or_default();
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_labels(2 * labels.len() + 1)
+            .x_label_formatter(&label)
+            .y_labels(6)
+            .label_style(("sans-serif", 14))
+            .x_desc(along)
+            .y_desc(up)
+            .draw()?;
+        for (k, values) in series.iter().enumerate() {
+            let points = || values.iter().enumerate().map(|(n, value)| (n as f64, *value));
+            let line = PathElement::new(points().collect::<Vec<_>>(), colour(k).stroke_width(2));
+            chart.draw_series([line])?;
+            chart.draw_series(points().map(|at| Circle::new(at, 4, colour(k).filled())))?;
+        }
+        area.present()?;
+        Ok(())
+    })
+}

@@ -403,3 +403,68 @@ fn the_page_is_whole_and_shows_everything() {
     let heat = vec![255, 255, 255, 0x44, 0x01, 0x54, 0xfd, 0xe7, 0x25];
     assert_eq!(images[1..], [(3, 1, heat)]);
 }
+
+/// The curves of a page: of each plot that has some its caption, and how many points each line has.
+fn curves(page: &str) -> Vec<(String, Vec<usize>)> {
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(page, options).unwrap();
+    let named = |tag| document.descendants().filter(move |node| node.has_tag_name(tag));
+    let curve = |figure: roxmltree::Node| {
+        let inside = |tag| figure.descendants().filter(move |node| node.has_tag_name(tag));
+        // Axes are lines of two points, without circles.
+        let colours: Vec<&str> = inside("circle").filter_map(|c| c.attribute("fill")).collect();
+        let mut lines: Vec<&str> = colours.clone();
+        lines.dedup();
+        let points = |line: &&str| colours.iter().filter(|colour| *colour == line).count();
+        let caption = inside("figcaption").next()?.text()?.to_string();
+        (!lines.is_empty()).then(|| (caption, lines.iter().map(points).collect()))
+    };
+    named("figure").filter_map(curve).collect()
+}
+
+#[test]
+fn machines_that_differ_by_a_number_are_drawn_over_it() {
+    let folder = folder();
+    let machines = ["composer,engines=4", "composer,engines=1", "composer,engines=2"];
+    let args: Vec<&str> = machines.iter().flat_map(|machine| ["--machine", machine]).collect();
+    exact(compare(folder.path(), &[&args[..], &["--quiet"]].concat()));
+    let out = folder.path().join("pellucid-compare");
+    let page = fs::read_to_string(out.join("compare.html")).unwrap();
+    assert!(page.contains("<h2>Scene glass over engines</h2>"));
+    // Total, store, resolve, and what the image composition machine counts beside: draw, merge, compose.
+    assert_eq!(
+        curves(&page),
+        [
+            ("Speed-up: cycles with engines=1, over cycles.".to_string(), vec![3; 6]),
+            (
+                "Load balance: the mean work of an engine, over that of the busiest one."
+                    .to_string(),
+                vec![3; 2]
+            ),
+        ]
+    );
+    // Figures that only this architecture has are compared too.
+    let json = json(&out);
+    let draw = |k: usize| json["scenes"][0]["machines"][k]["cycles"]["draw"].as_u64().unwrap();
+    assert!(draw(1) > draw(2) && draw(2) > draw(0));
+}
+
+/// Figures that not all machines have are left out, and there is nothing to draw over.
+#[test]
+fn the_merger_with_what_can_stand_behind_it() {
+    let folder = folder();
+    let machines = ["composer", "composer,transparency=tbuffer"];
+    let args: Vec<&str> = machines.iter().flat_map(|machine| ["--machine", machine]).collect();
+    exact(compare(folder.path(), &[&args[..], &["--quiet"]].concat()));
+    let out = folder.path().join("pellucid-compare");
+    let machines = json(&out)["scenes"][0]["machines"].clone();
+    for (k, own) in ["scan_line_work", "peak_sections"].iter().enumerate() {
+        let single =
+            ["--arch", "composer", "-p", &format!("transparency={}", ["scanline", "tbuffer"][k])];
+        exact(run(folder.path(), &[&single[..], &["--out", "run", "--no-wave", "-q"]].concat()));
+        let single = stats(&folder.path().join("run"));
+        assert!(single["composer"][own].is_u64() && machines[k]["composer"][own].is_null());
+        assert_eq!(machines[k]["composer"]["engine_work"], single["composer"]["engine_work"]);
+    }
+    assert_eq!(curves(&fs::read_to_string(out.join("compare.html")).unwrap()), []);
+}
