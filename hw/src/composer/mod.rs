@@ -182,7 +182,8 @@ impl<T: Transparency> Block for Composer<T> {
         }
 
         // From frame to frame.
-        let swap = q.ended && merger.done && behind.sorted && !behind.busy && !merger.busy;
+        let complete = q.ended && merger.done && behind.sorted;
+        let swap = complete && !behind.busy && !merger.busy;
 
         // Primitives to whom they are for, until the end of the frame, which all take at once.
         let Marked { end, .. } = given.item.payload;
@@ -239,14 +240,14 @@ impl<T: Transparency> Block for Composer<T> {
             to_transparency,
         );
 
-        let (draws, composes) = (q.begun || given.item.valid, merger.busy || behind.busy);
+        let (comes, composes) = (q.begun || given.item.valid, merger.busy || behind.busy);
         let phase = if clears {
             Phase::Clear
         } else if behind.waits {
             Phase::Wait
         } else if composes {
             Phase::Resolve
-        } else if draws {
+        } else if comes {
             Phase::Store
         } else {
             Phase::Idle
@@ -257,7 +258,7 @@ impl<T: Transparency> Block for Composer<T> {
             image: behind.image.with(i.image_ready),
             merger: merged,
             transparency,
-            draws,
+            draws: comes && !complete,
             merges: merger.busy,
             composes,
             shows: behind.shows,

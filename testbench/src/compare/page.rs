@@ -193,6 +193,9 @@ const LOADS: [(&str, &str, &str); 2] = [
     ("scan_line_work", "busiest_scan_line_engine", "scan_line_engines"),
 ];
 
+/// Cycles by phase, beside the total.
+const BY_PHASE: [&str; 2] = ["store", "resolve"];
+
 /// Where the machines differ by a number alone: what is gained with it, and how evenly engines are busy.
 fn curves(scene: &Compared) -> io::Result<String> {
     let Some(Sweep { parameter, values }) = scene.sweep() else { return Ok(String::new()) };
@@ -213,8 +216,13 @@ fn curves(scene: &Compared) -> io::Result<String> {
     let name = &scene.case.scene;
     let mut text = format!("<h2>Scene {} over {}</h2>\n", escaped(name), escaped(parameter));
 
-    let cycles = scene.rows().into_iter().filter(|row| row.figure.group == "cycles");
-    let gains = cycles.map(|row| (row.figure.key(), along_sweep(&row)));
+    // Total, and the cycles that the architecture counts or, where it counts none, those by phase.
+    let rows = scene.rows();
+    let mut cycles: Vec<&Row> = rows.iter().filter(|row| row.figure.group == "cycles").collect();
+    if cycles.len() > BY_PHASE.len() + 1 {
+        cycles.retain(|row| !BY_PHASE.contains(&row.figure.name));
+    }
+    let gains = cycles.into_iter().map(|row| (row.figure.key(), along_sweep(row)));
     let gains: Vec<_> = gains
         .filter(|(_, cycles)| cycles.iter().all(|cycles| *cycles > 0.0))
         .map(|(key, cycles)| (key, cycles.iter().map(|c| cycles[0] / c).collect()))
@@ -224,13 +232,11 @@ fn curves(scene: &Compared) -> io::Result<String> {
 
     let mut loads = vec![];
     for (work, busiest, count) in LOADS {
-        let row = |name| scene.rows().into_iter().find(|row| row.figure.name == name);
+        let row = |name| rows.iter().find(|row| row.figure.name == name).map(along_sweep);
         if let (Some(work), Some(busiest)) = (row(work), row(busiest)) {
-            let key = busiest.figure.key();
-            let (work, busiest) = (along_sweep(&work), along_sweep(&busiest));
             let engines = scene.number(count);
             let load = |n: usize| work[n] / engines[values[n].1] / busiest[n].max(1.0);
-            loads.push((key, (0..values.len()).map(load).collect()));
+            loads.push((count.to_string(), (0..values.len()).map(load).collect()));
         }
     }
     if !loads.is_empty() {

@@ -36,7 +36,7 @@ fn what_pages_quote_from_the_sources_is_there() {
         let diagram = documented(&format!("hw/src/chains/{file}.rs"), "```text\n");
         holds("tbuffer.md", part, &format!("```text\n{diagram}\n```\n"));
     }
-    for (file, part) in [("merger", "merger"), ("scan_line/mod", "scan-line")] {
+    for (file, part) in [("merger", "merger"), ("scan_line/mod", "scan-line"), ("store", "store")] {
         let diagram = documented(&format!("hw/src/composer/{file}.rs"), "```text\n");
         holds("composer.md", part, &format!("```text\n{diagram}\n```\n"));
     }
@@ -48,7 +48,8 @@ fn what_pages_quote_from_the_sources_is_there() {
 fn parameters_and_presets<P: Parameters + Default>(page: &str, presets: &[Preset<P>]) {
     let mut table =
         String::from("| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n");
-    for p in P::list() {
+    // Those of parts are on the pages of these.
+    for p in P::list().into_iter().filter(|p| !p.name.contains('.')) {
         let (name, default, unit, range, about) = (p.name, p.default, p.unit, p.range, p.about);
         table += &format!("| `{name}` | `{default}` | {unit} | {range} | {about} |\n");
     }

@@ -431,11 +431,11 @@ fn machines_that_differ_by_a_number_are_drawn_over_it() {
     let out = folder.path().join("pellucid-compare");
     let page = fs::read_to_string(out.join("compare.html")).unwrap();
     assert!(page.contains("<h2>Scene glass over engines</h2>"));
-    // Total, store, resolve, and what the image composition machine counts beside: draw, merge, compose.
+    // Total, and what the image composition machine counts: draw, merge, compose.
     assert_eq!(
         curves(&page),
         [
-            ("Speed-up: cycles with engines=1, over cycles.".to_string(), vec![3; 6]),
+            ("Speed-up: cycles with engines=1, over cycles.".to_string(), vec![3; 4]),
             (
                 "Load balance: the mean work of an engine, over that of the busiest one."
                     .to_string(),

@@ -426,3 +426,45 @@ fn a_waveform_of_a_run_that_is_stopped_can_be_opened() {
         assert_eq!(cycles, (0..cycles.len() as u64).collect::<Vec<_>>());
     }
 }
+
+/// Seed 001, figure 6: while one frame is drawn, the one before is composed, and the one before that is shown.
+#[test]
+fn three_frames_are_in_flight() {
+    const FRAMES: usize = 4;
+    let frames = FRAMES.to_string();
+    let wires = "wires.draws,wires.merges,wires.composes,wires.shows,wires.swap";
+    let all = ["--arch", "composer", "--frames", &frames, "--wave", "all", "--wave-scope", wires];
+    // Composing is to take longer than drawing.
+    let long = ["--scene", "teapot", "-p", "beta=1000"];
+    let (_, wave) = waved(&[&all[..], &long].concat());
+    // From when until when a wire is high, each time; until the end of the run where it stays high.
+    let high = |wire: &str| -> Vec<(u64, u64)> {
+        let changes = wave.changes(&format!("top.machine.wires.{wire}"));
+        let ends = changes.iter().skip(1).map(|(cycle, _)| *cycle).chain([u64::MAX]);
+        let ranges = changes.iter().zip(ends).filter(|((_, bit), _)| bit == "1");
+        ranges.map(|((from, _), to)| (*from, to)).collect()
+    };
+    let [draws, merges, composes, shows, swap] =
+        ["draws", "merges", "composes", "shows", "swap"].map(high);
+    let each = [&draws, &merges, &composes, &shows, &swap];
+    assert_eq!(each.map(Vec::len), [FRAMES; 5], "{each:?}");
+    for frame in 0..FRAMES {
+        // Drawn until the swap or before it, then merged and composed, then shown.
+        let swapped = swap[frame].1;
+        assert!(draws[frame].1 < swapped, "{each:?}");
+        assert_eq!((merges[frame].0, composes[frame].0), (swapped, swapped), "{each:?}");
+        assert!(merges[frame].1 < composes[frame].1, "{each:?}");
+        assert_eq!(shows[frame].0, composes[frame].1, "{each:?}");
+        // The next one is begun at once.
+        if let Some((next, _)) = draws.get(frame + 1) {
+            assert_eq!(*next, swapped, "{each:?}");
+        }
+    }
+    // All three at once.
+    let together = |frame: usize| {
+        let at_once = [shows[frame], composes[frame + 1], draws[frame + 2]];
+        let from = at_once.iter().map(|(from, _)| *from).max();
+        from < at_once.iter().map(|(_, to)| *to).min()
+    };
+    assert!((0..FRAMES - 2).all(together), "{each:?}");
+}
