@@ -21,7 +21,7 @@ use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config as tbuffer;
-use pellucid_sim::netlist::{Module, elaborate};
+use pellucid_sim::netlist::{Module, elaborate_alone};
 use pellucid_sim::{Registers, Signals};
 use std::path::Path;
 
@@ -344,7 +344,7 @@ where
     }
 
     fn netlist(&self) -> Module {
-        elaborate::<M>(&self.cfg)
+        elaborate_alone::<M>(&self.cfg)
     }
 
     fn record(

@@ -12,7 +12,7 @@ use pellucid_hw::rbuffer::RBuffer;
 use pellucid_hw::rbuffer::config as rbuffer;
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
-use pellucid_sim::netlist::{Evaluator, elaborate};
+use pellucid_sim::netlist::{Evaluator, elaborate_alone};
 use pellucid_sim::{Label, Registers, Sim, Stream};
 use std::path::Path;
 use std::process::{Command, Output};
@@ -169,7 +169,7 @@ where
     M::Config: Copy,
     M::State: Registers<Config = M::Config>,
 {
-    let mut evaluator = Evaluator::new(&elaborate::<M>(&cfg));
+    let mut evaluator = Evaluator::new(&elaborate_alone::<M>(&cfg));
     let mut sim = Sim::<M>::new(cfg);
     let numbers = M::numbers();
     let fragment = |k: u32| {

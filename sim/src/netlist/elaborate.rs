@@ -454,6 +454,18 @@ fn instance<B: Netlist>(cfg: &B::Config, q: &Value, m: &Value) -> usize {
     k
 }
 
+/// Elaborates a block that stands alone, such as a whole machine: it has the outputs of [`Block::Out`], while
+/// those of [`Block::moore`] are for a parent, which needs them before it knows what to put in.
+///
+/// # Panics
+/// As [`elaborate`].
+pub fn elaborate_alone<B: Netlist>(cfg: &B::Config) -> Module {
+    let mut module = elaborate::<B>(cfg);
+    let for_parent = std::mem::replace(&mut module.outputs[0], Shape::of(|_| {}));
+    module.driven.drain(..for_parent.leaves.len());
+    module
+}
+
 /// The outputs of instance `k`: those of the registers (`group` 0) or the others (1).
 fn output_value(module: &Module, k: usize, group: usize) -> Value {
     let before = if group == 0 { 0 } else { module.outputs[0].leaves.len() };

@@ -22,7 +22,9 @@ pub mod twin;
 pub mod value;
 
 pub use check::agrees;
-pub use elaborate::{Ask, Instance, Module, Netlist, Numbers, Ram, Register, elaborate};
+pub use elaborate::{
+    Ask, Instance, Module, Netlist, Numbers, Ram, Register, elaborate, elaborate_alone,
+};
 pub use evaluate::Evaluator;
 pub use node::{Binary, Driver, Graph, Node, Op, Type};
 pub use value::{Leaf, Lift, Shape, Step, Value};

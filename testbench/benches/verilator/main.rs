@@ -21,7 +21,7 @@ use pellucid_hw::allocator::FreeList;
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Config, Params};
-use pellucid_sim::netlist::elaborate;
+use pellucid_sim::netlist::elaborate_alone;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::export::write;
 use pellucid_testbench::recorder::WaveJob;
@@ -237,7 +237,7 @@ fn main() {
         let frame = open(&scene);
         println!("{scene}, {} fragments", frame.fragments.len());
         let cfg = Config::new(frame.screen, Params::default()).unwrap();
-        let modules = files(&elaborate::<Machine>(&cfg), &[]);
+        let modules = files(&elaborate_alone::<Machine>(&cfg), &[]);
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), &modules, &[]).unwrap();
         let (folder, frame) = (folder.path(), &frame);
