@@ -1,10 +1,13 @@
 //! What every architecture shows to the outside: frames of fragments or of primitives in, images out.
 
+use crate::course;
+use crate::depth_test;
+use crate::display;
 use crate::pixel::{COLOUR_BITS, Fragment, MAX_SIDE, Marked, Screen};
 use crate::primitive::{Primitive, span};
 use pellucid_sim::{
     Block, Deadlock, Figure, Handshake, Label, Netlist, Signals, StorageInfo, Stream,
-    StreamMonitor, Violation, Wait,
+    StreamMonitor, Violation, Wait, rtl,
 };
 
 /// What a machine is at.
@@ -60,6 +63,23 @@ pub struct Shown {
     pub image: Stream<u32>,
     /// An image is being shown.
     pub shows: bool,
+}
+
+/// What a machine of these blocks shows.
+#[inline(always)]
+#[rtl]
+pub fn shown(
+    course: course::Moore,
+    depth_test: depth_test::Moore,
+    display: display::Moore,
+) -> Shown {
+    Shown {
+        phase: course.phase,
+        ready: course.open && depth_test.ready,
+        replay: course.replay,
+        image: display.image,
+        shows: display.busy,
+    }
 }
 
 /// What a frame is made of.

@@ -11,7 +11,7 @@ use pellucid_hw::allocator::Chosen;
 use pellucid_hw::composer::Composer;
 use pellucid_hw::composer::config::{self as composer, Behind};
 use pellucid_hw::composer::scan_lines::ScanLines;
-use pellucid_hw::composer::store::Store;
+use pellucid_hw::composer::store::{FragmentStore, Store};
 use pellucid_hw::machine::{Arithmetic, Census, Check, Machine, Tally};
 use pellucid_hw::mbuffer::MBuffer;
 use pellucid_hw::mbuffer::config as mbuffer;
@@ -199,31 +199,41 @@ fn build_mbuffer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
 
 fn build_composer(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
     let params = chosen(composer::PRESETS, preset, settings)?;
-    let values = params.values();
-    Ok(match params.transparency {
+    match params.transparency {
         Behind::ScanLine => {
             let cfg = composer::scan_lines(screen, &params)?;
-            Box::new(Prepared::<Composer<ScanLines>> { cfg, values })
+            Ok(Box::new(Prepared::<Composer<ScanLines>> { cfg, values: params.values() }))
         }
         Behind::TBuffer => {
-            let store = tbuffer::Config::new(screen, params.tbuffer)
-                .map_err(|error| error.of_part::<tbuffer::Params>("tbuffer"))?;
-            let cfg = composer::store(screen, &params, store)?;
-            Box::new(Prepared::<Composer<Store<TBuffer<Chosen>>>> { cfg, values })
+            let store = tbuffer::Config::new(screen, params.tbuffer);
+            with_store::<TBuffer<Chosen>, tbuffer::Params>(screen, &params, store, "tbuffer")
         }
         Behind::RBuffer => {
-            let store = rbuffer::Config::new(screen, params.rbuffer)
-                .map_err(|error| error.of_part::<rbuffer::Params>("rbuffer"))?;
-            let cfg = composer::store(screen, &params, store)?;
-            Box::new(Prepared::<Composer<Store<RBuffer>>> { cfg, values })
+            let store = rbuffer::Config::new(screen, params.rbuffer);
+            with_store::<RBuffer, rbuffer::Params>(screen, &params, store, "rbuffer")
         }
         Behind::MBuffer => {
-            let store = mbuffer::Config::new(screen, params.mbuffer)
-                .map_err(|error| error.of_part::<mbuffer::Params>("mbuffer"))?;
-            let cfg = composer::store(screen, &params, store)?;
-            Box::new(Prepared::<Composer<Store<MBuffer<Chosen>>>> { cfg, values })
+            let store = mbuffer::Config::new(screen, params.mbuffer);
+            with_store::<MBuffer<Chosen>, mbuffer::Params>(screen, &params, store, "mbuffer")
         }
-    })
+    }
+}
+
+/// The image composition machine with a fragment store, whose parameters `P` are those of `part`.
+fn with_store<M, P>(
+    screen: Screen,
+    params: &composer::Params,
+    store: Result<M::Config, ParamError>,
+    part: &str,
+) -> Built
+where
+    M: FragmentStore,
+    M::Config: Send + Sync,
+    P: Parameters,
+{
+    let store = store.map_err(|error| error.of_part::<P>(part))?;
+    let cfg = composer::store(screen, params, store)?;
+    Ok(Box::new(Prepared::<Composer<Store<M>>> { cfg, values: params.values() }))
 }
 
 /// What is asked of a run.

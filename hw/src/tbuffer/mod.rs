@@ -25,7 +25,7 @@ use crate::chains::{self, Chains};
 use crate::course::{self, Course};
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
-use crate::machine::{Frame, Phase, Shown};
+use crate::machine::{Frame, Phase, Shown, shown};
 use crate::pixel::{Fragment, Marked, PixelFragment};
 use crate::sorter::{self, Sorter};
 use config::Config;
@@ -149,12 +149,11 @@ impl<A: Allocator> Block for TBuffer<A> {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Shown {
-        let course = Course::moore(&cfg.screen, &q.course, &());
-        let display = Display::moore(&cfg.screen, &q.display, &m.display);
-        let ready =
-            course.open && DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test).ready;
-        let image = display.image;
-        Shown { phase: course.phase, ready, replay: course.replay, image, shows: display.busy }
+        shown(
+            Course::moore(&cfg.screen, &q.course, &()),
+            DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test),
+            Display::moore(&cfg.screen, &q.display, &m.display),
+        )
     }
 
     #[inline(always)]
