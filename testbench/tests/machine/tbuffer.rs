@@ -1,11 +1,12 @@
 //! The T-buffer.
 
 use crate::frames::{
-    ENOUGH, Setup, Tested, allocator, check_drops, effort, one_frame, properties, without_place,
+    ENOUGH, Setup, Tested, allocator, check_drops, effort, one_frame, properties, some_frames,
+    tried, without_place,
 };
 use crate::presets::{assert_rate, papers_frames_at_the_target_rate};
 use pellucid_hw::allocator::{Allocator, Chosen};
-use pellucid_hw::machine::Tally;
+use pellucid_hw::machine::{Fragments, Tally};
 use pellucid_hw::pixel::{Fragment, Marked, Screen};
 use pellucid_hw::tbuffer::TBuffer;
 use pellucid_hw::tbuffer::config::{Append, Config, Params, Scan};
@@ -64,6 +65,52 @@ proptest! {
         let dropped = without_place(screen, &frame, sections + outside, capacity, false);
         check_drops(&setup, &frame, &dropped)?;
     }
+
+    /// A frame has all sections back before the next one begins, and takes none outside while one on chip is
+    /// free.
+    #[test]
+    fn as_many_sections_as_the_largest_frame_takes_are_enough(
+        (mut setup, frames) in some_frames::<Buffer>(), on_chip: prop::sample::Index,
+    ) {
+        let Config { screen, params, .. } = setup.cfg;
+        let capacity = u64::from(params.section_capacity);
+        let taken = |frame: &Vec<Fragment>| -> u64 {
+            setup.golden(frame).census().layers().map(|(n, i)| n * i.div_ceil(capacity)).sum()
+        };
+        let most = frames.iter().map(taken).max().unwrap();
+        let sections = 1 + on_chip.index(most.max(1) as usize) as u32;
+        let outside_sections = (most as u32).saturating_sub(sections);
+        setup.cfg = Config::new(screen, Params { sections, outside_sections, ..params }).unwrap();
+        setup.judged(&frames, || {
+            let run = tried(setup.run(&frames))?;
+            prop_assert_eq!(run.tally.fragments.dropped, 0);
+            let peaks = ["peak_sections", "peak_outside_sections"].map(|name| run.tally.figure(name));
+            prop_assert_eq!(peaks, [most, outside_sections.into()]);
+            Ok(())
+        })?;
+    }
+}
+
+/// What a later opaque fragment hides is not sorted, so the pixel is written at once; its sections still go
+/// back one a cycle.
+#[test]
+fn the_sections_of_hidden_fragments_are_back_for_the_next_frame() {
+    let screen = Screen { width: 1, height: 1, background: 0 };
+    let layers = 32;
+    let fragment = |z, rgba| Fragment { x: 0, y: 0, z, rgba, label: Label::NONE };
+    let hidden = (1..=layers).map(|z| fragment(z, 0x80));
+    let frame: Vec<Fragment> = hidden.chain([fragment(0, 0xff)]).collect();
+    let params = Params {
+        sections: layers,
+        outside_sections: 0,
+        section_capacity: 1,
+        sorter_depth: layers,
+        ..Params::default()
+    };
+    let setup = Setup::<Buffer>::free(Config::new(screen, params).unwrap());
+    let run = setup.run(&[frame.clone(), frame]).unwrap();
+    let Fragments { stored, dropped, .. } = run.tally.fragments;
+    assert_eq!([stored, dropped], [2 * u64::from(layers), 0]);
 }
 
 #[test]
