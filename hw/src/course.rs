@@ -147,3 +147,66 @@ impl Block for Course {
         Out { done }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Phase::{Clear, Idle, Resolve, Store, Wait};
+    use super::*;
+    use crate::test_util::screen;
+    use pellucid_sim::Sim;
+
+    #[test]
+    fn a_frame_that_is_sent_twice_goes_its_course_cycle_by_cycle() {
+        let nothing = In {
+            comes: false,
+            end: false,
+            stored: false,
+            resolved: false,
+            again: false,
+            busy: false,
+        };
+        let comes = In { comes: true, ..nothing };
+        let end = In { end: true, ..comes };
+        let stored = In { stored: true, ..nothing };
+        let again = In { again: true, ..nothing };
+        let busy = In { busy: true, ..nothing };
+        let resolved = In { resolved: true, ..busy };
+        let mut sim = Sim::<Course>::new(screen(2, 1));
+        for (cycle, (i, phase, open, replay, done)) in [
+            // Two pixels are cleared.
+            (nothing, Clear, false, false, false),
+            (nothing, Clear, false, false, false),
+            (nothing, Clear, false, false, false),
+            (nothing, Idle, true, false, false),
+            (comes, Idle, true, false, false),
+            (end, Store, true, false, false),
+            // What comes after the end waits.
+            (nothing, Store, false, false, false),
+            (stored, Store, false, false, false),
+            (nothing, Resolve, false, false, false),
+            (again, Resolve, false, false, false),
+            // It is asked for until it comes.
+            (nothing, Store, true, true, false),
+            (comes, Store, true, true, false),
+            (nothing, Store, true, false, false),
+            (end, Store, true, false, false),
+            (stored, Store, false, false, false),
+            (resolved, Resolve, false, false, false),
+            // The image before is still being shown.
+            (busy, Wait, false, false, false),
+            (nothing, Wait, false, false, true),
+            (nothing, Idle, true, false, false),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let seen = sim.moore();
+            let out = sim.clock(i).unwrap().out;
+            assert_eq!(
+                (seen.phase, seen.open, seen.replay, out.done),
+                (phase, open, replay, done),
+                "in cycle {cycle}"
+            );
+        }
+    }
+}
