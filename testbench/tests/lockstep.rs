@@ -23,7 +23,7 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 19] = [
+const WAYS: [&[&str]; 18] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
@@ -52,7 +52,6 @@ const WAYS: [&[&str]; 19] = [
     &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
     &["--arch", "composer"],
     &["--arch", "composer", "-p", "scan_line_engines=2", "-p", "distribution=area", "-p", "beta=0"],
-    &["--arch", "composer", "-p", "transparency=tbuffer"],
     &["--arch", "composer", "-p", "transparency=rbuffer", "-p", "rbuffer.overflow=replay"],
 ];
 
@@ -95,12 +94,6 @@ fn tight(arch: &str) -> &'static [&'static str] {
             "line_primitives=512",
             "-p",
             "sorter_depth=3",
-            "-p",
-            "tbuffer.sections=150",
-            "-p",
-            "tbuffer.outside_sections=900",
-            "-p",
-            "tbuffer.section_capacity=2",
             "-p",
             "rbuffer.queue=80",
         ],
