@@ -23,7 +23,7 @@ const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
 
 /// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
 /// stands second.
-const WAYS: [&[&str]; 18] = [
+const WAYS: [&[&str]; 17] = [
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
     &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
     &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
@@ -52,7 +52,21 @@ const WAYS: [&[&str]; 18] = [
     &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
     &["--arch", "composer"],
     &["--arch", "composer", "-p", "scan_line_engines=2", "-p", "distribution=area", "-p", "beta=0"],
-    &["--arch", "composer", "-p", "transparency=rbuffer", "-p", "rbuffer.overflow=replay"],
+];
+
+/// Fragment stores behind the image merger. They are machines of their own above, so that few pixels are enough.
+const STORES: [&[&str]; 2] = [
+    &["--arch", "composer", "-p", "transparency=tbuffer", "-p", "tbuffer.sections=20"],
+    &[
+        "--arch",
+        "composer",
+        "-p",
+        "transparency=rbuffer",
+        "-p",
+        "rbuffer.overflow=replay",
+        "-p",
+        "rbuffer.queue=40",
+    ],
 ];
 
 /// Those of them that are worth a larger frame: allocators differ where little is free, and the image composition
@@ -94,8 +108,6 @@ fn tight(arch: &str) -> &'static [&'static str] {
             "line_primitives=512",
             "-p",
             "sorter_depth=3",
-            "-p",
-            "rbuffer.queue=80",
         ],
         _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
     }
@@ -286,6 +298,18 @@ fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
 }
 
 #[test]
+fn icarus_agrees_with_a_fragment_store_behind_the_merger() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    for way in STORES {
+        let few = ["--scene", "panes", "--width", "16", "--height", "12", "-p", "engines=2"];
+        let folder = export(&[&few[..], way, &["-p", "primitives=16", "--stress"]].concat());
+        passes(folder.path(), &icarus(folder.path()));
+    }
+}
+
+#[test]
 fn icarus_agrees_over_a_complete_frame() {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
@@ -302,7 +326,7 @@ fn verilator_has_no_complaint() {
     if !tools::have(&["verilator"]) {
         return;
     }
-    for way in WAYS {
+    for way in WAYS.into_iter().chain(STORES) {
         let engines: &[&str] = if way[1] == "composer" { &["-p", "engines=2"] } else { &[] };
         let folder = export(&[&["--width", "4", "--height", "3"][..], way, engines].concat());
         let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
