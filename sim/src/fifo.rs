@@ -118,6 +118,7 @@ where
             d.head = after(cfg.depth, q.head);
         }
         d.count = q.count + u32::from(push) - u32::from(pop);
+        m.holds(d.count);
         // The memory holds the front in its read register: it is read when the front changes.
         if d.count > 0 && (pop || q.count == 0) {
             m.read(d.head);

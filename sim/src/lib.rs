@@ -9,6 +9,7 @@
 //! | --- | --- |
 //! | [`mod@block`] | the contract of a block, and the driver that clocks one |
 //! | [`mod@signals`] | names, widths and kinds of registers and wires |
+//! | [`mod@sampler`] | takes a cycle's values, and finds what changed |
 //! | [`mod@stream`] | valid/ready streams, their four rules and the monitor that holds them |
 //! | [`mod@memory`] | what a memory is to the clock |
 //! | [`mod@ram`] | memories with one read and one write port, or with one port for both |
@@ -65,7 +66,9 @@ pub mod figures;
 pub mod label;
 pub mod memory;
 pub mod netlist;
+mod panics;
 pub mod ram;
+pub mod sampler;
 pub mod signals;
 pub mod stream;
 pub mod watchdog;
@@ -76,8 +79,10 @@ pub use figures::{Figure, Figures};
 pub use label::Label;
 pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join};
 pub use netlist::Netlist;
+pub use panics::panic_text;
 pub use pellucid_sim_derive::{Memory, Registers, Signals, rtl};
 pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};
+pub use sampler::Sampler;
 pub use signals::{
     Declare, Kind, Overflow, Registers, Signals, Sink, States, bits_for, state_name, width_of,
 };

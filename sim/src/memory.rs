@@ -5,6 +5,7 @@
 //! memories one memory, so that a parent nests its children's.
 
 use crate::signals::Declare;
+use std::collections::TryReserveError;
 use std::fmt;
 
 /// A memory, or a struct of them.
@@ -16,6 +17,8 @@ pub trait Memory {
     fn reset(&mut self);
     /// Calls `to` for each memory with its path below `path`.
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage));
+    /// Calls `to` for each memory, in the order of [`Memory::visit`].
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage));
 }
 
 impl Memory for () {
@@ -25,6 +28,7 @@ impl Memory for () {
     }
     fn reset(&mut self) {}
     fn visit(&mut self, _: &str, _: &mut dyn FnMut(&str, &mut dyn Storage)) {}
+    fn each(&mut self, _: &mut dyn FnMut(&mut dyn Storage)) {}
 }
 
 /// The memories of several blocks of one kind, each under its number.
@@ -41,6 +45,9 @@ impl<M: Memory> Memory for Vec<M> {
             memory.visit(&format!("{path}[{k}]"), to);
         }
     }
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
+        self.iter_mut().for_each(|memory| memory.each(to));
+    }
 }
 
 /// One physical memory.
@@ -55,6 +62,13 @@ pub trait Storage {
     fn under_way(&self, to: &mut Vec<u64>);
     /// The first misuse since the last call, if any.
     fn take_fault(&mut self) -> Option<FaultKind>;
+    /// Counts traffic and words in use from here on.
+    fn count_anew(&mut self);
+    /// Makes room for all of its words, at power-up; else room is made as they are written.
+    ///
+    /// # Errors
+    /// The computer has none.
+    fn reserve(&mut self) -> Result<(), TryReserveError>;
 }
 
 /// What ports a memory has.
@@ -92,10 +106,12 @@ pub struct StorageInfo {
     pub words: u64,
     /// Bits of a word.
     pub bits_per_word: u32,
-    /// Words read since it was made.
+    /// Words read since counting began.
     pub reads: u64,
-    /// Words written since it was made.
+    /// Words written since counting began.
     pub writes: u64,
+    /// The most words that held something of use at once, where the block that has the memory says so.
+    pub peak_words: Option<u64>,
 }
 
 /// A misuse of hardware that a model must not contain: a bug in a block.

@@ -25,6 +25,7 @@ use crate::signals::{Declare, Signals, width_of};
 use bitvec::vec::BitVec;
 use cells::Cells;
 use pellucid_sim_derive::Signals;
+use std::collections::TryReserveError;
 
 /// What a memory shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -48,6 +49,8 @@ struct Words<T: Signals> {
     outside: bool,
     reads: u64,
     writes: u64,
+    /// The most words of use that it was told of, if it was told of any.
+    peak: Option<u32>,
     /// Which words were ever written; kept in debug builds only.
     written: BitVec,
     fault: Option<FaultKind>,
@@ -66,13 +69,14 @@ impl<T: Signals + Default> Words<T> {
         assert!(latency >= 1, "a synchronous memory answers after one cycle at the earliest");
         let known = if cfg!(debug_assertions) { words as usize } else { 0 };
         Words {
-            words: Cells::new(words, &item),
+            words: Cells::new(&item),
             size: words,
             item,
             latency,
             outside: false,
             reads: 0,
             writes: 0,
+            peak: None,
             written: BitVec::repeat(false, known),
             fault: None,
             line: vec![Read::default(); latency as usize - 1],
@@ -81,6 +85,16 @@ impl<T: Signals + Default> Words<T> {
             q: Read::default(),
             busy: false,
         }
+    }
+
+    fn count_anew(&mut self) {
+        (self.reads, self.writes) = (0, 0);
+        self.peak = self.peak.map(|_| 0);
+    }
+
+    #[inline(always)]
+    fn holds(&mut self, words: u32) {
+        self.peak = self.peak.max(Some(words));
     }
 
     #[cold]
@@ -191,6 +205,7 @@ impl<T: Signals + Default> Words<T> {
             bits_per_word: width_of::<T>(&self.item),
             reads: self.reads,
             writes: self.writes,
+            peak_words: self.peak.map(u64::from),
         }
     }
 }
@@ -232,6 +247,11 @@ impl<T: Signals + Default> Ram1R1W<T> {
     pub fn write(&mut self, addr: u32, data: T) {
         self.write.write(addr, data);
         self.core.busy = true;
+    }
+    /// Tells how many of its words hold something of use, for the high-water mark that it keeps. No hardware.
+    #[inline(always)]
+    pub fn holds(&mut self, words: u32) {
+        self.core.holds(words);
     }
     /// Asks its read port for what another block asks, if anything.
     #[inline(always)]
@@ -305,6 +325,9 @@ impl<T: Signals + Default> Memory for Ram1R1W<T> {
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
         to(path, self);
     }
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
+        to(self);
+    }
 }
 
 /// A memory with one port that reads or writes.
@@ -340,6 +363,11 @@ impl<T: Signals + Default> Ram1RW<T> {
     pub fn write(&mut self, addr: u32, data: T) {
         self.port.write(addr, data);
         self.core.busy = true;
+    }
+    /// Tells how many of its words hold something of use, for the high-water mark that it keeps. No hardware.
+    #[inline(always)]
+    pub fn holds(&mut self, words: u32) {
+        self.core.holds(words);
     }
     /// Asks for what another block asks, if anything.
     #[inline(always)]
@@ -384,6 +412,9 @@ impl<T: Signals + Default> Memory for Ram1RW<T> {
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
         to(path, self);
     }
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
+        to(self);
+    }
 }
 
 impl<T: Signals + Default> Storage for Ram1R1W<T> {
@@ -402,6 +433,12 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()
     }
+    fn count_anew(&mut self) {
+        self.core.count_anew();
+    }
+    fn reserve(&mut self) -> Result<(), TryReserveError> {
+        self.core.words.reserve(self.core.size as usize)
+    }
 }
 
 impl<T: Signals + Default> Storage for Ram1RW<T> {
@@ -419,6 +456,12 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
     }
     fn take_fault(&mut self) -> Option<FaultKind> {
         self.core.fault.take()
+    }
+    fn count_anew(&mut self) {
+        self.core.count_anew();
+    }
+    fn reserve(&mut self) -> Result<(), TryReserveError> {
+        self.core.words.reserve(self.core.size as usize)
     }
 }
 

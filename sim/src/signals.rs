@@ -267,6 +267,9 @@ mod tests {
         some: [u8; 4],
         #[width(0)]
         absent: u32,
+        #[with(*cfg)]
+        #[exists(cfg.used > 2)]
+        spare: Inner,
         flag: bool,
     }
 
@@ -293,6 +296,7 @@ mod tests {
         inner: Inner { slots: [0; 4] },
         some: [0; 4],
         absent: 0,
+        spare: Inner { slots: [0; 4] },
         flag: false,
     };
 
@@ -333,6 +337,24 @@ mod tests {
         assert_eq!(error.to_string(), "`inner.slots[2]` = 32 does not fit its 5 bits");
         let absent = Outer { absent: 1, ..ZERO };
         assert_eq!(absent.check(&CFG).unwrap_err().path, "absent");
+    }
+
+    #[test]
+    fn a_bundle_exists_where_it_says_so() {
+        for (used, signals) in [(2, 8), (3, 8 + 1 + 4)] {
+            let cfg = Config { used, ..CFG };
+            let mut flat = Flat::default();
+            Outer::declare(&cfg, "top", &mut flat);
+            let outer = Outer { spare: Inner { slots: [9, 8, 7, 6] }, ..ZERO };
+            let mut values = vec![];
+            outer.sample(&cfg, &mut values);
+            assert_eq!((flat.seen.len(), values.len()), (signals, signals));
+            let restored = Outer::restore(&cfg, &mut values.into_iter());
+            let expected = if used > 2 { [9, 8, 7, 6] } else { [0; 4] };
+            assert_eq!(restored.spare.slots, expected);
+            let wide = Outer { spare: Inner { slots: [32; 4] }, ..ZERO };
+            assert_eq!(wide.check(&cfg).is_err(), used > 2);
+        }
     }
 
     #[test]

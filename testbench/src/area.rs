@@ -332,7 +332,7 @@ pub fn measure(machine: &Module, files: &[File], quiet: bool) -> Result<Area, Ar
 #[cfg(test)]
 mod tests {
     use super::*;
-    use pellucid_hw::allocator::{Config, FreeList};
+    use pellucid_blocks::allocator::{Config, FreeList};
     use pellucid_sim::netlist::elaborate;
 
     fn free_list() -> Area {

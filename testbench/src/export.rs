@@ -1,12 +1,12 @@
 //! A machine as a folder of Verilog with its lock-step testbench.
 
-use crate::arch::Runnable;
-use crate::bench::BenchError;
+use crate::bench::{Bench, BenchError};
 use crate::output::{OutputError, put};
 use crate::source::Source;
 use crate::stimulus::Stimulus;
-use pellucid_hw::params::Value;
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::Model;
+use pellucid_machine::params::Value;
+use pellucid_machine::pixel::Screen;
 use pellucid_sim::netlist::Module;
 use pellucid_verilog::{File, files, lockstep::testbench};
 use std::path::Path;
@@ -37,7 +37,7 @@ fn about(arch: &str, screen: Screen, values: &[(String, Value)]) -> Vec<String> 
 }
 
 /// The machine's modules; the last one is the machine itself.
-pub fn modules(arch: &str, screen: Screen, machine: &dyn Runnable, netlist: &Module) -> Vec<File> {
+pub fn modules(arch: &str, screen: Screen, machine: &dyn Model, netlist: &Module) -> Vec<File> {
     files(netlist, &about(arch, screen, &machine.values()))
 }
 
@@ -63,7 +63,7 @@ pub fn write(folder: &Path, modules: &[File], more: &[&str]) -> Result<(), Outpu
 /// A file cannot be written, or the run ends early.
 pub fn export(
     arch: &str,
-    machine: &dyn Runnable,
+    machine: &dyn Model,
     source: &Source,
     stimulus: Stimulus,
     folder: &Path,
@@ -73,6 +73,10 @@ pub fn export(
     let bench = format!("{TESTBENCH}.v");
     write(folder, &modules, &[&bench])?;
     put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS))?;
-    let cycles = machine.record(&netlist, source, stimulus, &folder.join(VECTORS))?;
-    Ok(Exported { modules: modules.len(), cycles })
+    let mut played = Bench::new(machine);
+    played.reserve()?;
+    played.record_ports(&folder.join(VECTORS), &netlist)?;
+    stimulus.play(&mut played, source, machine.kind())?;
+    played.finish_ports()?;
+    Ok(Exported { modules: modules.len(), cycles: played.cycles() })
 }

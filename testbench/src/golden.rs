@@ -10,23 +10,29 @@
 //! 4. A blend is `c' = (a*s + (255-a)*c) / 255` per channel, rounded to nearest at each step.
 //!
 //! A machine may make its colours by another arithmetic than this blend. For such a one the golden model
-//! gives a second image, by that arithmetic, and says how far it may be from the first: see [`weights`].
+//! gives a further image, by that arithmetic: see [`Arithmetic`].
 //!
-//! Memory: 12 bytes per pixel, and 12 bytes per transparent fragment that lies in front of the opaque
-//! depth at its arrival (one that does not can never come to count, since that depth only decreases).
+//! Memory: 16 bytes per pixel, and 12 bytes per transparent fragment that it holds, 8,388,608 of them at most. If more
+//! lie in front of the opaque depth at their arrival (one that does not can never come to count, since that depth only
+//! decreases), it holds none at first and has the frame played again, for as many pixels at a time as it can hold all
+//! fragments of. A single pixel is never divided: one that has more is held in whole.
 
 pub mod primitive;
-pub mod weights;
 
 use crate::image::Image;
-use pellucid_hw::machine::{Arithmetic, Census};
-use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
+use pellucid_machine::arithmetic::Layer;
+use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
+use pellucid_machine::{Arithmetic, Census};
+use std::ops::Range;
 
 /// No record: the end of a pixel's chain. It bounds the records, whose indices are below it.
 const NONE: u32 = u32::MAX;
 
 /// Records per block of the store. Blocks never move, so growing copies nothing.
 const BLOCK: usize = 1 << 16;
+
+/// The most records of several pixels that are held at once: 96 MiB.
+const HELD: u64 = 1 << 23;
 
 /// Pixels whose chains are followed side by side: one chain alone would wait for memory at every step.
 const GROUP: usize = 32;
@@ -49,12 +55,14 @@ pub enum GoldenError {
         /// Height of the frame in pixels.
         height: u32,
     },
-    /// The frame has more transparent fragments than indices.
-    #[error("fragment {number} does not fit: the golden model holds {limit} transparent fragments")]
+    /// A pixel has more transparent fragments than indices.
+    #[error(
+        "fragment {number} does not fit: the golden model holds {limit} transparent fragments of a pixel"
+    )]
     TooMany {
         /// The fragment's number in arrival order, from 1.
         number: u64,
-        /// How many transparent fragments fit.
+        /// How many transparent fragments of a pixel fit.
         limit: u32,
     },
 }
@@ -68,15 +76,6 @@ struct Record {
     rgba: u32,
 }
 
-/// A record that counts.
-#[derive(Clone, Copy, Debug)]
-struct Layer {
-    /// Number of the pixel in its group.
-    pixel: u32,
-    z: u32,
-    rgba: u32,
-}
-
 /// One pixel while fragments arrive.
 #[derive(Clone, Copy)]
 struct Pixel {
@@ -84,22 +83,26 @@ struct Pixel {
     z: u32,
     /// Its colour, `0xRRGGBB`.
     colour: u32,
-    /// Index of the latest record, or [`NONE`].
+    /// Index of the latest record that is held, or [`NONE`].
     latest: u32,
+    /// Transparent fragments in front of the opaque depth at their arrival.
+    stored: u32,
 }
 
 /// The golden model of one frame: takes fragments in arrival order, then gives the [`Reference`].
 pub struct Golden {
     info: Screen,
-    /// Whether the image by weights is wanted too.
-    weighted: bool,
     pixels: Vec<Pixel>,
+    /// The pixels whose records are held; those before are done.
+    held: Range<usize>,
+    /// The most records that are held of several pixels.
+    most_held: u64,
     blocks: Vec<Vec<Record>>,
     /// Records in `blocks`.
-    stored: u32,
+    records: u32,
     limit: u32,
-    fragments: u64,
-    opaque: u64,
+    /// What is known so far: counts of fragments, and all of the pixels that are done.
+    known: Reference,
 }
 
 /// The exact image of a frame, and what every architecture must count.
@@ -107,8 +110,8 @@ pub struct Golden {
 pub struct Reference {
     /// The image by the exact blend.
     pub image: Image,
-    /// The image by [`Arithmetic::Weights`], if the golden model was made [`Golden::with`] it.
-    pub weighted: Option<Image>,
+    /// The images by other arithmetics that the golden model was made [`Golden::with`].
+    pub further: Vec<(Arithmetic, Image)>,
     /// Fragments that arrived.
     pub fragments: u64,
     /// Of these, with alpha 255.
@@ -140,11 +143,14 @@ impl Reference {
     /// Several frames of one size as if they were one, each below the one before.
     pub fn stacked<'a>(frames: impl IntoIterator<Item = &'a Reference> + Clone) -> Reference {
         let images = frames.clone().into_iter().map(|frame| &frame.image);
-        let weighted: Option<Vec<&Image>> =
-            frames.clone().into_iter().map(|frame| frame.weighted.as_ref()).collect();
+        let first = frames.clone().into_iter().next();
+        let further = first.into_iter().flat_map(|frame| &frame.further).map(|(arithmetic, _)| {
+            let images = frames.clone().into_iter().map(|frame| frame.image_by(*arithmetic));
+            (*arithmetic, Image::stacked(images))
+        });
         let mut all = Reference {
             image: Image::stacked(images),
-            weighted: weighted.map(Image::stacked),
+            further: further.collect(),
             ..Reference::default()
         };
         for frame in frames {
@@ -174,135 +180,200 @@ impl Reference {
     /// # Panics
     /// The golden model was made without that arithmetic.
     pub fn image_by(&self, arithmetic: Arithmetic) -> &Image {
-        match (arithmetic, &self.weighted) {
-            (Arithmetic::Blend, _) => &self.image,
-            (Arithmetic::Weights, Some(image)) => image,
-            (Arithmetic::Weights, None) => panic!("the golden model was made without weights"),
+        if arithmetic == Arithmetic::BLEND {
+            return &self.image;
         }
-    }
-}
-
-/// How far a channel of a pixel with `layers` blended fragments may be from the exact blend, in levels.
-pub fn error_bound(arithmetic: Arithmetic, layers: u32) -> u32 {
-    match arithmetic {
-        Arithmetic::Blend => 0,
-        Arithmetic::Weights => weights::error_bound(layers),
+        let image = self.further.iter().find(|(known, _)| *known == arithmetic);
+        &image.unwrap_or_else(|| panic!("the golden model was made without {arithmetic:?}")).1
     }
 }
 
 impl Golden {
     /// An empty frame, of which the exact image is wanted.
     pub fn new(info: Screen) -> Golden {
-        let clear = Pixel { z: Z_FAR, colour: info.background, latest: NONE };
+        let clear = Pixel { z: Z_FAR, colour: info.background, latest: NONE, stored: 0 };
+        let pixels = info.width as usize * info.height as usize;
+        let image = Image { width: info.width, height: info.height, pixels: vec![] };
         Golden {
             info,
-            weighted: false,
-            pixels: vec![clear; info.width as usize * info.height as usize],
+            pixels: vec![clear; pixels],
+            held: 0..pixels,
+            most_held: HELD,
             blocks: Vec::new(),
-            stored: 0,
+            records: 0,
             limit: NONE,
-            fragments: 0,
-            opaque: 0,
+            known: Reference {
+                image,
+                layer_histogram: vec![0],
+                stored_histogram: vec![0],
+                ..Reference::default()
+            },
         }
     }
 
     /// The same, with the image by `arithmetic` beside the exact one.
     #[must_use]
-    pub fn with(self, arithmetic: Arithmetic) -> Golden {
-        Golden { weighted: self.weighted || arithmetic == Arithmetic::Weights, ..self }
+    pub fn with(mut self, arithmetic: Arithmetic) -> Golden {
+        if arithmetic != Arithmetic::BLEND
+            && !self.known.further.iter().any(|(known, _)| *known == arithmetic)
+        {
+            self.known.further.push((arithmetic, self.known.image.clone()));
+        }
+        self
+    }
+
+    /// What must come of a frame that `play` sends, the same each time: once, or several times if the frame has more
+    /// transparent fragments than are held. Gives what the first play gave, too.
+    ///
+    /// # Errors
+    /// The first error of `play`, a fragment that is outside the frame, or more than 2^32-1 to store at a pixel.
+    pub fn judge<T, E: From<GoldenError>>(
+        mut self,
+        mut play: impl FnMut(&mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<T, E>,
+    ) -> Result<(Reference, T), E> {
+        let played = play(&mut |fragment| Ok(self.push(fragment)?))?;
+        while self.is_left() {
+            play(&mut |fragment| {
+                self.push_again(fragment);
+                Ok(())
+            })?;
+        }
+        Ok((self.known, played))
+    }
+
+    /// What must come of these fragments, in arrival order.
+    ///
+    /// # Errors
+    /// As [`Golden::judge`].
+    pub fn of(self, fragments: &[Fragment]) -> Result<Reference, GoldenError> {
+        let judged = self.judge(|sink| fragments.iter().try_for_each(|f| sink(*f)));
+        judged.map(|(reference, ())| reference)
     }
 
     /// Takes the next fragment in arrival order.
-    ///
-    /// # Errors
-    /// The fragment is outside the frame, or there are more than 2^32-1 to store.
-    pub fn push(&mut self, fragment: Fragment) -> Result<(), GoldenError> {
+    fn push(&mut self, fragment: Fragment) -> Result<(), GoldenError> {
         let Screen { width, height, .. } = self.info;
-        let number = self.fragments + 1;
+        let number = self.known.fragments + 1;
         if fragment.x >= width || fragment.y >= height || fragment.z > Z_FAR {
             return Err(GoldenError::Outside { number, fragment, width, height });
         }
-        let pixel = &mut self.pixels[fragment.y as usize * width as usize + fragment.x as usize];
+        let place = self.place(fragment);
+        let pixel = &mut self.pixels[place];
         if fragment.rgba & 0xff == 255 {
-            self.opaque += 1;
+            self.known.opaque += 1;
             if fragment.z < pixel.z {
                 pixel.z = fragment.z;
                 pixel.colour = fragment.rgba >> 8;
             }
         } else if fragment.z < pixel.z {
-            if self.stored == self.limit {
+            if pixel.stored == self.limit {
                 let limit = self.limit;
                 return Err(GoldenError::TooMany { number, limit });
             }
-            let record = Record { previous: pixel.latest, z: fragment.z, rgba: fragment.rgba };
-            pixel.latest = self.stored;
-            self.stored += 1;
-            match self.blocks.last_mut() {
-                Some(block) if block.len() < BLOCK => block.push(record),
-                _ => {
-                    let mut block = Vec::with_capacity(BLOCK);
-                    block.push(record);
-                    self.blocks.push(block);
-                }
+            pixel.stored += 1;
+            self.known.stored += 1;
+            if self.known.stored <= self.most_held {
+                self.hold(place, fragment);
+            } else if !self.held.is_empty() {
+                self.held = 0..0;
+                self.let_go();
             }
         }
-        self.fragments = number;
+        self.known.fragments = number;
         Ok(())
     }
 
-    /// Blends every pixel and counts.
-    pub fn finish(self) -> Reference {
-        let mut colours = Vec::with_capacity(self.pixels.len());
-        let mut weighted = Vec::with_capacity(if self.weighted { self.pixels.len() } else { 0 });
-        let mut layers_of = Vec::with_capacity(self.pixels.len());
-        let mut layer_histogram = vec![0];
-        let mut stored_histogram = vec![0];
-        let mut blended = 0;
-        let mut layers = Vec::new();
-        for group in self.pixels.chunks(GROUP) {
-            let stored = self.layers(group, &mut layers);
-            let mut rest = &mut layers[..];
-            for ((number, pixel), stored) in (0..).zip(group).zip(stored) {
-                let own = rest.iter().take_while(|layer| layer.pixel == number);
-                let (own, others) = rest.split_at_mut(own.count());
-                rest = others;
-                if self.weighted {
-                    weighted.push(weights::colour(own, pixel.colour));
-                }
-                // The sort is stable, so equal depths keep arrival order.
-                own.sort_by_key(|layer| Z_FAR - layer.z);
-                colours
-                    .push(own.iter().fold(pixel.colour, |below, layer| blend(layer.rgba, below)));
-                blended += own.len() as u64;
-                layers_of.push(own.len() as u32);
-                count(&mut layer_histogram, own.len());
-                count(&mut stored_histogram, stored);
-            }
-        }
-        let transparent = self.fragments - self.opaque;
-        let image = |pixels| Image { width: self.info.width, height: self.info.height, pixels };
-        Reference {
-            image: image(colours),
-            weighted: self.weighted.then(|| image(weighted)),
-            fragments: self.fragments,
-            opaque: self.opaque,
-            transparent,
-            culled: transparent - blended,
-            blended,
-            transparent_pixels: layer_histogram[1..].iter().sum(),
-            max_layers: (layer_histogram.len() - 1) as u32,
-            layers: layers_of,
-            layer_histogram,
-            stored: u64::from(self.stored),
-            stored_pixels: stored_histogram[1..].iter().sum(),
-            stored_histogram,
+    /// Takes a fragment of a frame that is played again.
+    fn push_again(&mut self, fragment: Fragment) {
+        let place = self.place(fragment);
+        let transparent = fragment.rgba & 0xff != 255;
+        // The opaque depth is the final one by now.
+        if transparent && self.held.contains(&place) && fragment.z < self.pixels[place].z {
+            self.hold(place, fragment);
         }
     }
 
-    /// Fills `layers` with the records that count, pixel by pixel in arrival order. Returns how many each stored.
-    fn layers(&self, group: &[Pixel], layers: &mut Vec<Layer>) -> [usize; GROUP] {
+    /// Which pixel a fragment is at.
+    fn place(&self, fragment: Fragment) -> usize {
+        fragment.y as usize * self.info.width as usize + fragment.x as usize
+    }
+
+    /// Adds a record to a pixel.
+    fn hold(&mut self, place: usize, fragment: Fragment) {
+        let pixel = &mut self.pixels[place];
+        let record = Record { previous: pixel.latest, z: fragment.z, rgba: fragment.rgba };
+        pixel.latest = self.records;
+        self.records += 1;
+        match self.blocks.last_mut() {
+            Some(block) if block.len() < BLOCK => block.push(record),
+            _ => {
+                let mut block = Vec::with_capacity(BLOCK);
+                block.push(record);
+                self.blocks.push(block);
+            }
+        }
+    }
+
+    /// Forgets all records.
+    fn let_go(&mut self) {
+        self.blocks.clear();
+        self.records = 0;
+        self.pixels.iter_mut().for_each(|pixel| pixel.latest = NONE);
+    }
+
+    /// Ends a play of the frame. Whether it has to be played again, for pixels of which nothing was held.
+    fn is_left(&mut self) -> bool {
+        self.blend();
+        self.let_go();
+        let from = self.held.end;
+        let mut sum = 0;
+        let fit = self.pixels[from..].iter().take_while(|pixel| {
+            sum += u64::from(pixel.stored);
+            sum <= self.most_held
+        });
+        let to = from + fit.count();
+        // One pixel at least, however many it has.
+        self.held = from..to.max(from + 1).min(self.pixels.len());
+        !self.held.is_empty()
+    }
+
+    /// Blends the pixels whose records are held, and counts.
+    fn blend(&mut self) {
+        let mut known = std::mem::take(&mut self.known);
+        let (mut layers, mut own): (Vec<(u32, Layer)>, Vec<Layer>) = (vec![], vec![]);
+        for group in self.pixels[self.held.clone()].chunks(GROUP) {
+            self.layers(group, &mut layers);
+            let mut rest = &layers[..];
+            for (number, pixel) in (0..).zip(group) {
+                let count_of = rest.iter().take_while(|(pixel, _)| *pixel == number).count();
+                let (of_pixel, others) = rest.split_at(count_of);
+                rest = others;
+                own.clear();
+                own.extend(of_pixel.iter().map(|(_, layer)| *layer));
+                for (by, image) in &mut known.further {
+                    image.pixels.extend(by.colour.map(|colour| colour(&own, pixel.colour)));
+                }
+                // The sort is stable, so equal depths keep arrival order.
+                own.sort_by_key(|layer| Z_FAR - layer.z);
+                let colour = |below, layer: &Layer| blend(layer.rgba, below);
+                known.image.pixels.push(own.iter().fold(pixel.colour, colour));
+                known.blended += own.len() as u64;
+                known.layers.push(own.len() as u32);
+                count(&mut known.layer_histogram, own.len());
+                count(&mut known.stored_histogram, pixel.stored as usize);
+            }
+        }
+        known.transparent = known.fragments - known.opaque;
+        known.culled = known.transparent - known.blended;
+        known.transparent_pixels = known.layer_histogram[1..].iter().sum();
+        known.max_layers = (known.layer_histogram.len() - 1) as u32;
+        known.stored_pixels = known.stored_histogram[1..].iter().sum();
+        self.known = known;
+    }
+
+    /// Fills `layers` with the records that count and the numbers of their pixels, pixel by pixel in arrival order.
+    fn layers(&self, group: &[Pixel], layers: &mut Vec<(u32, Layer)>) {
         layers.clear();
-        let mut stored = [0; GROUP];
         let mut chains: Vec<(u32, u32)> = (0..)
             .zip(group.iter().map(|pixel| pixel.latest))
             .filter(|&(_, index)| index != NONE)
@@ -310,9 +381,8 @@ impl Golden {
         while !chains.is_empty() {
             chains.retain_mut(|(pixel, index)| {
                 let record = self.blocks[*index as usize / BLOCK][*index as usize % BLOCK];
-                stored[*pixel as usize] += 1;
                 if record.z < group[*pixel as usize].z {
-                    layers.push(Layer { pixel: *pixel, z: record.z, rgba: record.rgba });
+                    layers.push((*pixel, Layer { z: record.z, rgba: record.rgba }));
                 }
                 *index = record.previous;
                 *index != NONE
@@ -320,8 +390,7 @@ impl Golden {
         }
         // A chain runs from the latest to the earliest; the sort is stable, so each pixel keeps arrival order.
         layers.reverse();
-        layers.sort_by_key(|layer| layer.pixel);
-        stored
+        layers.sort_by_key(|(pixel, _)| *pixel);
     }
 }
 

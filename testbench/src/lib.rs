@@ -4,19 +4,19 @@
 //! give; a [`bench::Bench`] clocks a machine and catches what it gives; the [`scoreboard`] compares,
 //! and the [`report`] tells. A [`trial`] is all of that at once; a [`compare`] has several side by side.
 
-pub mod arch;
 pub mod area;
 pub mod bench;
-pub mod command;
 pub mod compare;
 pub mod export;
 pub mod golden;
 pub mod image;
 pub mod output;
+mod ports;
 pub mod progress;
 pub mod recorder;
 pub mod report;
-pub mod reproduce;
+pub mod room;
+pub mod run;
 pub mod scene;
 pub mod scoreboard;
 pub mod settings;

@@ -8,11 +8,13 @@
 //! A signal ends a process without dropping anything: its handler calls [`abandon`], which removes the
 //! temporary files first. Waveforms alone are of use as far as they are written: see [`mod@partial`].
 //!
+//! Files that belong together must be of one run: an [`OutputFolder`] is of one process at a time.
+//!
 //! A target that exists and is no regular file (`/dev/null`, a pipe) is written directly: there is
 //! nothing to keep whole, and replacing a device by a file would do harm.
 
 use std::error::Error;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -244,6 +246,32 @@ pub fn create_dir(path: &Path) -> Result<(), OutputError> {
         .and_then(|()| tempfile::tempfile_in(path))
         .map_err(|error| OutputError::folder(path, &error))?;
     Ok(())
+}
+
+/// An output folder that no other process uses as one meanwhile: so what is in it is of one run.
+#[derive(Debug)]
+pub struct OutputFolder {
+    /// Locked as long as it is open. The system ends that with the process, however it ends.
+    _held: Option<File>,
+}
+
+impl OutputFolder {
+    /// Makes the folder as [`create_dir`] does, and keeps other processes out. A file system without locks keeps
+    /// nobody out.
+    ///
+    /// # Errors
+    /// Those of [`create_dir`], or another process has it.
+    pub fn claim(path: &Path) -> Result<OutputFolder, OutputError> {
+        create_dir(path)?;
+        let held = File::open(path).ok();
+        match held.as_ref().map(File::try_lock) {
+            Some(Err(TryLockError::WouldBlock)) => {
+                let taken = io::Error::other("another run is writing into it");
+                Err(OutputError::folder(path, &taken))
+            }
+            _ => Ok(OutputFolder { _held: held }),
+        }
+    }
 }
 
 pub mod partial;

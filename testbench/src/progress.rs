@@ -1,14 +1,20 @@
-//! A bar on the terminal for work that takes longer than a second.
+//! How far work has come that takes a while: a bar on the terminal, or a line now and then where standard error is
+//! none.
 
+use crate::report::grouped;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use serde_json::json;
+use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 /// How often the clock is looked at, in steps.
 const LOOK_EVERY: u64 = 1 << 12;
 /// Work that is done sooner shows nothing.
 const PATIENCE: Duration = Duration::from_secs(1);
+/// From line to line where there is no terminal.
+const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Counts steps; shows nothing where standard error is no terminal, or when told to be quiet.
+/// Counts steps; shows nothing when told to be quiet.
 pub struct Progress {
     bars: MultiProgress,
     subject: String,
@@ -18,6 +24,8 @@ pub struct Progress {
     start: Instant,
     quiet: bool,
     bar: Option<ProgressBar>,
+    /// When the next line is due.
+    line_at: Duration,
 }
 
 impl Progress {
@@ -39,7 +47,17 @@ impl Progress {
             subject += ": ";
         }
         let (bars, start) = (bars.clone(), Instant::now());
-        Progress { bars, subject, what, total, done: 0, start, quiet, bar: None }
+        Progress {
+            bars,
+            subject,
+            what,
+            total,
+            done: 0,
+            start,
+            quiet,
+            bar: None,
+            line_at: LINE_EVERY,
+        }
     }
 
     /// Other work follows, of which it is not known how long it takes.
@@ -59,9 +77,24 @@ impl Progress {
         }
     }
 
+    /// Many steps are done.
+    pub fn steps(&mut self, steps: u64) {
+        self.done += steps;
+        if !self.quiet {
+            self.show();
+        }
+    }
+
     #[cold]
     fn show(&mut self) {
-        if self.start.elapsed() < PATIENCE {
+        let elapsed = self.start.elapsed();
+        if elapsed < PATIENCE {
+            return;
+        }
+        if !std::io::stderr().is_terminal() {
+            if let Some(line) = self.line(elapsed) {
+                let _ = writeln!(std::io::stderr().lock(), "{line}");
+            }
             return;
         }
         let bar = self.bar.get_or_insert_with(|| {
@@ -77,6 +110,18 @@ impl Progress {
             self.bars.add(bar.with_style(style).with_message(message))
         });
         bar.set_position(self.done);
+    }
+
+    /// The line that is due so long after the start, if one is.
+    fn line(&mut self, elapsed: Duration) -> Option<String> {
+        if elapsed < self.line_at {
+            return None;
+        }
+        self.line_at = elapsed + LINE_EVERY;
+        let count = |steps: u64| grouped(&json!(steps));
+        let of = self.total.map(|total| format!(" of {}", count(total))).unwrap_or_default();
+        let (subject, what, done) = (&self.subject, self.what, count(self.done));
+        Some(format!("progress: {subject}{what}, {done}{of}"))
     }
 }
 
@@ -98,5 +143,28 @@ impl Drop for Progress {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_comes_every_ten_seconds_and_says_how_far_it_is() {
+        let bars = MultiProgress::new();
+        let mut progress =
+            Progress::among(&bars, "glass".into(), "simulating", Some(1_234_567), false);
+        progress.done = 5000;
+        let seconds = Duration::from_secs;
+        assert_eq!(progress.line(seconds(9)), None);
+        let line = "progress: glass: simulating, 5,000 of 1,234,567".to_string();
+        assert_eq!(progress.line(seconds(11)), Some(line));
+        assert_eq!(progress.line(seconds(20)), None);
+        progress.turn_to("resolving");
+        progress.done = 8192;
+        let line = "progress: glass: resolving, 8,192".to_string();
+        assert_eq!(progress.line(seconds(21)), Some(line));
+        assert_eq!(Progress::new("", None, true).line(seconds(9)), None);
     }
 }

@@ -4,12 +4,14 @@ use crate::output::partial::{self, PartialName};
 use crate::output::{OutputError, create_dir, put};
 use crate::watch::Watch;
 use crate::window::Window;
-use pellucid_hw::machine::Phase;
-use pellucid_hw::params::{did_you_mean, nearest};
+use pellucid_machine::dut::{At, Observed, Observer, Quiet};
+use pellucid_machine::params::{did_you_mean, nearest};
+use pellucid_machine::{Dut, PhaseInfo};
 use pellucid_sim::{Declare, Memory, Sink};
-use pellucid_waveforms::{FileFormat, Layout, Marker, NoSignal, Sampler, StreamOf, View, Wave};
-use std::io;
+use pellucid_waveforms::{FileFormat, Found, Layout, Marker, NoSignal, StreamOf, View, Wave};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::{fs, io};
 use wildmatch::WildMatch;
 
 /// Words of a memory that are shown where it is not said which.
@@ -95,8 +97,18 @@ pub enum WaveError {
         /// One of the memories.
         example: String,
     },
+    /// There is no such phase.
+    #[error("--wave: there is no phase `{name}`{}; there are {known}", did_you_mean(nearest))]
+    Phase {
+        /// What was asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<String>,
+        /// All names.
+        known: String,
+    },
     /// There is no such event.
-    #[error("--wave: there is no event `{name}`{}; there are {known}", did_you_mean(nearest))]
+    #[error("--wave: there is no event `{name}`{}; {known}", did_you_mean(nearest))]
     Event {
         /// What was asked for.
         name: String,
@@ -114,11 +126,15 @@ pub struct WaveReport {
     pub markers: Vec<Marker>,
     /// What was waited for and did not come, a sentence each.
     pub notes: Vec<String>,
+    /// Why the file or its set-ups could not be written, if so. The run went on without.
+    pub lost: Option<OutputError>,
 }
 
 /// Words of a memory that are shown.
 struct Shown {
     memory: String,
+    /// Which one it is, in the order in which memories are visited.
+    number: usize,
     words: std::ops::Range<u32>,
     /// Writes to the memory that the values know of.
     writes: u64,
@@ -127,15 +143,19 @@ struct Shown {
 
 /// See the module's description.
 pub(crate) struct Recorder {
-    wave: Wave,
-    name: PartialName,
+    /// The file and its name; nothing once it could not be written.
+    file: Option<(Wave, PartialName)>,
+    /// Why it could not.
+    lost: Option<OutputError>,
     job: WaveJob,
+    layout: Arc<Layout>,
+    /// How viewers show what there is so far, for whoever ends the process.
+    view: Arc<Mutex<View>>,
     watches: Vec<Watch>,
     /// Cycles are remembered before it is known whether they are shown.
     remembers: bool,
-    /// As long as the phase is this one, nothing is shown before this cycle.
-    quiet: (Phase, u64),
     markers: Vec<Marker>,
+    found: Found,
     memories: Vec<Shown>,
 }
 
@@ -148,23 +168,26 @@ fn most_like(name: &str, known: &[String]) -> Option<String> {
 }
 
 /// The words that are asked for.
-fn shown(asked: &[Words], memories: &mut impl Memory) -> Result<Vec<Shown>, WaveError> {
+fn shown(asked: &[Words], memories: &mut dyn Memory) -> Result<Vec<Shown>, WaveError> {
     let mut all = vec![];
-    memories.visit("", &mut |path, storage| all.push((path.to_string(), storage.info().words)));
-    all.retain(|(_, words)| *words > 0);
-    let known: Vec<String> = all.iter().map(|(path, _)| path.clone()).collect();
+    memories.visit("", &mut |path, storage| {
+        all.push((all.len(), path.to_string(), storage.info().words));
+    });
+    all.retain(|(_, _, words)| *words > 0);
+    let known: Vec<String> = all.iter().map(|(_, path, _)| path.clone()).collect();
     let mut shown = vec![];
     for Words { memory: pattern, range } in asked {
         let fits = WildMatch::new(pattern);
         let before = shown.len();
-        for (path, words) in all.iter().filter(|(path, _)| fits.matches(path)) {
+        for (number, path, words) in all.iter().filter(|(_, path, _)| fits.matches(path)) {
             let all_words = u32::try_from(*words).unwrap_or(u32::MAX);
             let (from, to) = range.unwrap_or((0, all_words.min(DEFAULT_WORDS)));
             if to > all_words {
                 return Err(WaveError::Range { name: path.clone(), words: *words });
             }
             let memory = path.clone();
-            shown.push(Shown { memory, words: from..to, writes: u64::MAX, values: vec![] });
+            let number = *number;
+            shown.push(Shown { memory, number, words: from..to, writes: u64::MAX, values: vec![] });
         }
         if shown.len() == before {
             let nearest = most_like(pattern, &known);
@@ -185,7 +208,7 @@ fn shown(asked: &[Words], memories: &mut impl Memory) -> Result<Vec<Shown>, Wave
 }
 
 /// Declares the words, each memory's in the scopes of its path.
-fn declare_words(shown: &[Shown], memories: &mut impl Memory, to: &mut dyn Declare) {
+fn declare_words(shown: &[Shown], memories: &mut dyn Memory, to: &mut dyn Declare) {
     if shown.is_empty() {
         return;
     }
@@ -220,70 +243,193 @@ impl Declare for Unlabelled<'_> {
     }
 }
 
+fn lock(view: &Mutex<View>) -> MutexGuard<'_, View> {
+    view.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Writes beside a waveform how viewers show it.
+fn set_up(view: &View, layout: &Layout, path: &Path) -> Result<(), OutputError> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into();
+    let view = View { stem, ..view.clone() };
+    view.write(layout, path.parent().unwrap_or(Path::new("")), create_dir, put)
+}
+
+/// Removes what an earlier run that was stopped left beside its waveform.
+fn remove_set_up(partial: &Path) {
+    for extension in ["gtkw", "sucl"] {
+        let _ = fs::remove_file(partial.with_extension(extension));
+    }
+    let _ = fs::remove_dir_all(partial.with_extension("states"));
+}
+
 impl Recorder {
-    /// Begins a waveform. `declare` declares the machine's registers and wires in the scope of the machine.
+    /// Begins a waveform of a machine. `scope` names it.
     pub(crate) fn new(
         job: &WaveJob,
         scope: &str,
-        streams: Vec<StreamOf>,
-        declare: impl FnOnce(&mut dyn Declare),
-        memories: &mut impl Memory,
+        dut: &mut dyn Dut,
     ) -> Result<Recorder, WaveError> {
-        let shown = shown(&job.memories, memories)?;
+        let streams = dut.tally().streams.into_iter();
+        let streams = streams.map(|s| StreamOf { name: s.name.into(), to: s.to.into() }).collect();
+        let shown = shown(&job.memories, dut.memories())?;
         let mut layout = Layout::new(streams, |to| {
             to.open(scope);
-            declare(to);
-            declare_words(&shown, memories, &mut Unlabelled(to));
+            dut.declare(to);
+            declare_words(&shown, dut.memories(), &mut Unlabelled(to));
             to.close();
         });
+        let phases = dut.phases();
         if !job.scopes.is_empty() {
             layout.select(&job.scopes)?;
         }
         for window in &job.windows {
+            known_phase(window, phases)?;
             let known: Vec<String> = layout.events().map(|(name, _)| name.to_string()).collect();
             if let Window::Event { name } = window
                 && !known.contains(name)
             {
                 let nearest = most_like(name, &known);
-                return Err(WaveError::Event {
-                    name: name.clone(),
-                    nearest,
-                    known: listed(&known),
-                });
+                let known = match &known[..] {
+                    [] => "the machine has none".to_string(),
+                    known => format!("there are {}", listed(known)),
+                };
+                return Err(WaveError::Event { name: name.clone(), nearest, known });
             }
         }
         let history = job.windows.iter().map(Watch::history).max().unwrap_or(0);
         let (file, name) = partial::create(&job.path)?;
-        let wave = Wave::new(job.format, file, layout, history);
-        let wave = wave.map_err(|error| name.error(&error))?;
-        let watches = job.windows.iter().filter_map(|window| Watch::new(window, &wave)).collect();
+        let wave = match Wave::new(job.format, file, layout, history) {
+            Ok(wave) => wave,
+            Err(error) => return Err(name.leave(&error).into()),
+        };
+        let watches =
+            job.windows.iter().filter_map(|window| Watch::new(window, &wave, phases)).collect();
+        let layout = Arc::new(wave.layout().clone());
+        let view = Arc::new(Mutex::new(View { format: job.format, ..View::default() }));
+        let (seen, of) = (view.clone(), layout.clone());
+        name.partial().into_iter().for_each(remove_set_up);
+        name.set_beside(move |partial| {
+            // The file is of use without.
+            let _ = set_up(&lock(&seen), &of, partial);
+        });
         Ok(Recorder {
-            wave,
-            name,
+            file: Some((wave, name)),
+            lost: None,
             job: job.clone(),
+            layout,
+            view,
             watches,
             remembers: history > 0,
-            quiet: (Phase::Clear, 0),
             markers: vec![],
+            found: Found::default(),
             memories: shown,
         })
     }
 
-    /// Whether a cycle need not even be looked at. Most of a long run is like that.
-    #[inline(always)]
-    pub(crate) fn is_quiet(&self, time: u64, phase: Phase) -> bool {
-        time < self.quiet.1 && phase == self.quiet.0
+    /// One cycle, in which the machine is at phase number `phase`; until when none is shown.
+    fn show(&mut self, time: u64, phase: u8, seen: &dyn Observed) -> io::Result<Quiet> {
+        let Recorder { file, watches, markers, found, memories, remembers, .. } = self;
+        let Some((wave, _)) = file else { return Ok(Quiet { phase, until: u64::MAX }) };
+        let before = (wave.first(), wave.longest_label(), markers.len(), found.labels.len());
+        // The earliest of what they ask for: all are asked.
+        let mut look = |wave: &Wave| {
+            watches.iter_mut().filter_map(|w| w.look(time, phase, wave, markers, found)).min()
+        };
+        let shown = !*remembers && look(wave).is_some();
+        if !*remembers && !shown {
+            let quiet = self.watches.iter().map(|watch| watch.quiet_until(time)).min();
+            wave.gap(time)?;
+            return Ok(Quiet { phase, until: quiet.unwrap_or(u64::MAX) });
+        }
+        wave.sample(|to| {
+            seen.sample(to);
+            memories.iter().flat_map(|shown| &shown.values).for_each(|value| to.push(*value));
+        });
+        if shown {
+            wave.show(time)?;
+        } else {
+            wave.remember(time)?;
+            look(wave).map_or(Ok(()), |from| wave.recall(from, time))?;
+        }
+        if before != (wave.first(), wave.longest_label(), markers.len(), found.labels.len()) {
+            self.publish();
+        }
+        Ok(Quiet::default())
     }
 
-    /// Whether words of memories are shown: then [`Recorder::peek`] is to be called before each cycle.
-    pub(crate) fn peeks(&self) -> bool {
-        !self.memories.is_empty()
+    /// Says how viewers show what there is so far.
+    #[cold]
+    fn publish(&mut self) {
+        let mut view = lock(&self.view);
+        self.markers.dedup();
+        view.markers.clone_from(&self.markers);
+        view.found.clone_from(&self.found);
+        if let Some((wave, _)) = &self.file {
+            view.first = wave.first().unwrap_or(0);
+            view.longest_label = wave.longest_label();
+        }
     }
 
-    /// Looks at the words of the memories.
-    pub(crate) fn peek(&mut self, memories: &mut impl Memory) {
-        memories.visit("", &mut |path, storage| {
-            for shown in self.memories.iter_mut().filter(|shown| shown.memory == path) {
+    /// The file cannot be written: it ends here, and the run goes on.
+    #[cold]
+    fn give_up(&mut self, error: &io::Error) {
+        self.publish();
+        if let Some((wave, name)) = self.file.take() {
+            drop(wave);
+            self.lost = Some(name.leave(error));
+        }
+    }
+
+    /// The model is found at fault in cycle `time`, `what` in a word or two. If that is waited for, the cycles
+    /// before are shown; where nothing moves, those before it stood still.
+    pub(crate) fn failure(&mut self, time: u64, what: &str) {
+        let Some((wave, _)) = &mut self.file else { return };
+        if !self.job.windows.contains(&Window::Failure) {
+            return;
+        }
+        let last = wave.last_change().unwrap_or(time);
+        self.markers.insert(0, Marker { cycle: last, name: what.to_string() });
+        if let Err(error) = wave.recall(0, time) {
+            self.give_up(&error);
+        }
+    }
+
+    /// Ends the file with the cycle after the last, and writes how viewers show it.
+    pub(crate) fn finish(mut self, time: u64) -> WaveReport {
+        let notes = self.watches.iter().filter_map(|watch| watch.note(time)).collect();
+        self.publish();
+        let mut view = lock(&self.view).clone();
+        if let Some((wave, name)) = self.file.take() {
+            let written = match wave.finish(time) {
+                Ok(longest_label) => {
+                    view.longest_label = longest_label;
+                    name.finish().and_then(|()| set_up(&view, &self.layout, &self.job.path))
+                }
+                Err(error) => Err(name.leave(&error)),
+            };
+            self.lost = written.err();
+        }
+        WaveReport { markers: view.markers, notes, lost: self.lost }
+    }
+
+    /// Removes the file: there is nothing to be seen.
+    pub(crate) fn discard(self) {
+        if let Some((wave, name)) = self.file {
+            drop(wave);
+            name.discard();
+        }
+    }
+}
+
+impl Observer for Recorder {
+    fn peeks(&self) -> bool {
+        !self.memories.is_empty() && self.file.is_some()
+    }
+
+    fn peek(&mut self, memories: &mut dyn Memory) {
+        let mut number = 0;
+        memories.each(&mut |storage| {
+            for shown in self.memories.iter_mut().filter(|shown| shown.number == number) {
                 let writes = storage.info().writes;
                 if shown.writes != writes {
                     shown.writes = writes;
@@ -291,92 +437,35 @@ impl Recorder {
                     shown.words.clone().for_each(|k| storage.peek(k, &mut shown.values));
                 }
             }
+            number += 1;
         });
     }
 
-    /// One cycle, in which the machine is at `phase`.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    #[inline]
-    pub(crate) fn cycle(
-        &mut self,
-        time: u64,
-        phase: Phase,
-        sample: impl FnOnce(&mut Sampler),
-    ) -> Result<(), OutputError> {
-        self.show(time, phase, sample).map_err(|error| self.name.error(&error))
+    /// If the file cannot be written, there is none from here on.
+    fn cycle(&mut self, at: At, seen: &dyn Observed) -> Quiet {
+        let At { time: Some(time), phase } = at else { return Quiet::default() };
+        self.show(time, phase, seen).unwrap_or_else(|error| {
+            self.give_up(&error);
+            Quiet::default()
+        })
     }
 
-    #[inline]
-    fn show(
-        &mut self,
-        time: u64,
-        phase: Phase,
-        sample: impl FnOnce(&mut Sampler),
-    ) -> io::Result<()> {
-        let Recorder { wave, watches, markers, memories, remembers, .. } = self;
-        // The earliest of what they ask for: all are asked.
-        let mut look = |wave: &Wave| {
-            watches.iter_mut().filter_map(|watch| watch.look(time, phase, wave, markers)).min()
-        };
-        let shown = !*remembers && look(wave).is_some();
-        if !*remembers && !shown {
-            let quiet = self.watches.iter().map(|watch| watch.quiet_until(time)).min();
-            self.quiet = (phase, quiet.unwrap_or(u64::MAX));
-            return wave.gap(time);
-        }
-        wave.sample(|to| {
-            sample(to);
-            memories.iter().flat_map(|shown| &shown.values).for_each(|value| to.push(*value));
-        });
-        if shown {
-            return wave.show(time);
-        }
-        wave.remember(time)?;
-        look(wave).map_or(Ok(()), |from| wave.recall(from, time))
+    fn reset(&mut self) {
+        // Counting begins anew.
+        self.memories.iter_mut().for_each(|shown| shown.writes = u64::MAX);
     }
+}
 
-    /// The model is found at fault in cycle `time`, `what` in a word or two. If that is waited for, the cycles
-    /// before are shown; where nothing moves, those before it stood still.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub(crate) fn failure(&mut self, time: u64, what: &str) -> Result<(), OutputError> {
-        if !self.job.windows.contains(&Window::Failure) {
-            return Ok(());
-        }
-        let last = self.wave.last_change().unwrap_or(time);
-        self.markers.insert(0, Marker { cycle: last, name: what.to_string() });
-        self.wave.recall(0, time).map_err(|error| self.name.error(&error))
-    }
-
-    /// Ends the file with the cycle after the last, and writes how viewers show it.
-    ///
-    /// # Errors
-    /// A file cannot be written.
-    pub(crate) fn finish(self, time: u64) -> Result<WaveReport, OutputError> {
-        let Recorder { wave, name, job, watches, mut markers, .. } = self;
-        let notes = watches.iter().filter_map(|watch| watch.note(time)).collect();
-        markers.dedup();
-        let view = View {
-            stem: job.path.file_stem().unwrap_or_default().to_string_lossy().into(),
-            format: job.format,
-            markers,
-            first: wave.first().unwrap_or(0),
-        };
-        let layout = wave.layout().clone();
-        wave.finish(time).map_err(|error| name.error(&error))?;
-        name.finish()?;
-        let folder = job.path.parent().unwrap_or(Path::new(""));
-        view.write(&layout, folder, create_dir, put)?;
-        Ok(WaveReport { markers: view.markers, notes })
-    }
-
-    /// Removes the file: there is nothing to be seen.
-    pub(crate) fn discard(self) {
-        let Recorder { wave, name, .. } = self;
-        drop(wave);
-        name.discard();
+/// # Errors
+/// The window begins with a phase that the machine does not have.
+fn known_phase(window: &Window, phases: &[PhaseInfo]) -> Result<(), WaveError> {
+    let known: Vec<String> = phases.iter().map(|phase| phase.name.to_string()).collect();
+    match window {
+        Window::Start { phase: name, .. } if !known.contains(name) => Err(WaveError::Phase {
+            name: name.clone(),
+            nearest: most_like(name, &known),
+            known: listed(&known),
+        }),
+        _ => Ok(()),
     }
 }

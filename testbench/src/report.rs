@@ -2,15 +2,16 @@
 
 mod text;
 
-pub(crate) use text::{align_right, at_margin, csv_text, grouped};
+pub(crate) use text::csv_text;
+pub use text::{align_right, at_margin, grouped};
 
 use crate::golden::Reference;
 use crate::output::{OutputError, put};
 use crate::scoreboard::Verdict;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
-use pellucid_hw::machine::{Cycles, MemoryTally, StreamTally, Tally};
-use pellucid_hw::params::Value;
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::params::Value;
+use pellucid_machine::pixel::Screen;
+use pellucid_machine::{Cycles, MemoryTally, StreamTally, Tally};
 use pellucid_sim::Figures;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
@@ -29,6 +30,23 @@ impl Entry {
     /// `group.name`.
     pub(crate) fn key(&self) -> String {
         format!("{}.{}", self.group, self.name)
+    }
+
+    /// Its name within its group, where people read it.
+    pub(crate) fn label(&self) -> &'static str {
+        match self.name {
+            "seed" | "seed_bytes" => "as the paper counts",
+            "seed_bytes_used" => "as the paper counts, in use",
+            name => name,
+        }
+    }
+
+    /// Its name with its group, where people read it.
+    pub(crate) fn full_label(&self) -> String {
+        match self.label() {
+            label if label == self.name => self.key(),
+            label => format!("{} {label}", self.group),
+        }
     }
 }
 
@@ -119,21 +137,24 @@ impl Report {
         add("stalls", "streams", n(stalls), "cycles", about);
         let f = &tally.fragments;
         let unit = "fragments per cycle";
-        let about = "Fragments of any kind taken per cycle of store.";
-        add("rates", "accepted", rate(f.arrived, tally.cycles.store), unit, about);
-        let about = "Fragments stored per cycle of store.";
-        add("rates", "stored", rate(f.stored, tally.cycles.store), unit, about);
-        let about = "Stored fragments done with per cycle of resolve.";
-        add("rates", "resolved", rate(f.stored, tally.cycles.resolve), unit, about);
+        for (name, phase, part, about) in [
+            ("accepted", "store", f.arrived, "Fragments of any kind taken per cycle of store."),
+            ("stored", "store", f.stored, "Fragments stored per cycle of store."),
+            ("resolved", "resolve", f.stored, "Stored fragments done with per cycle of resolve."),
+        ] {
+            if let Some(cycles) = tally.cycles.of(phase) {
+                add("rates", name, rate(part, cycles), unit, about);
+            }
+        }
         for f in f.figures() {
             add("fragments", f.name, n(f.value), f.unit, f.about);
         }
-        let about = "Accesses as the seed document counts them.";
+        let about = "Accesses as the architecture's paper counts them.";
         add("accesses", "seed", n(tally.seed_accesses), "words", about);
         let full = tally.memories.iter().map(|m| m.info.reads + m.info.writes).sum();
         let about = "Every access to every memory of the model.";
         add("accesses", "full", n(full), "words", about);
-        let about = "Storage as the seed document counts it, for the machine as configured.";
+        let about = "Storage as the architecture's paper counts it, for the machine as configured.";
         add("storage", "seed_bytes", n(tally.seed_bytes), "bytes", about);
         let about = "The same for just the storage that was in use at the peak.";
         add("storage", "seed_bytes_used", n(tally.seed_bytes_used), "bytes", about);
@@ -175,7 +196,7 @@ impl Report {
         self.entries.iter().find(|e| (e.group, e.name) == (group, name))
     }
 
-    /// All figures, nested by group, with `about` telling unit and sentence of each.
+    /// All figures, nested by group; at the end `about` tells unit and sentence of each.
     pub fn json(&self) -> Json {
         let mut groups = self.labels();
         let mut about = nest(&self.entries, &mut groups);
@@ -258,7 +279,7 @@ impl Report {
                 group = e.group;
                 figures.add_row([group.to_uppercase()]);
             }
-            let mut row = vec![format!("  {}", e.name), grouped(&e.value), e.unit.to_string()];
+            let mut row = vec![format!("  {}", e.label()), grouped(&e.value), e.unit.to_string()];
             row.extend(sentences.then(|| e.about.to_string()));
             figures.add_row(row);
         }
@@ -285,20 +306,31 @@ impl Report {
             streams.add_row([name, from, to, transfers, stalls]);
         }
         align_right(&mut streams, &[3, 4]);
-        at_margin(&format!("{figures}\n{memories}\n{streams}"))
+        let tables = at_margin(&format!("{figures}\n{memories}\n{streams}"));
+        if sentences {
+            return tables;
+        }
+        format!(
+            "{tables}\nThere is no room for what each figure means: it stands beside them from\n\
+             {SENTENCES_FROM} columns on, and in stats.csv and stats.json.\n"
+        )
     }
 
     /// What matters most, in two lines.
     pub fn headline(&self) -> String {
-        let Cycles { total, store, resolve, .. } = self.tally.cycles;
-        let [total, store, resolve] = [total, store, resolve].map(|v| grouped(&json!(v)));
+        let Cycles { total, phases, .. } = &self.tally.cycles;
+        let works = phases.iter().filter(|(phase, _)| phase.works);
+        let works: Vec<String> =
+            works.map(|(phase, n)| format!("{} of {}", grouped(&json!(n)), phase.name)).collect();
         let rates = self.entries.iter().filter(|e| e.group == "rates");
         let rates: Vec<String> = rates.map(|e| format!("{} {}", e.value, e.name)).collect();
         format!(
-            "{} on {}: {total} cycles, {store} of store and {resolve} of resolve.\n\
+            "{} on {}: {} cycles, {}.\n\
              Fragments per cycle: {}.\n",
             self.arch,
             self.scene,
+            grouped(&json!(total)),
+            works.join(" and "),
             rates.join(", ")
         )
     }
@@ -331,7 +363,7 @@ pub(crate) fn nest<'a>(
 }
 
 /// Parameters and their values as an object.
-pub(crate) fn config_json(config: &[(String, Value)]) -> Json {
+pub fn config_json(config: &[(String, Value)]) -> Json {
     let pair = |(name, value): &(String, Value)| {
         let value = match value {
             Value::Number(n) => json!(n),
@@ -362,15 +394,15 @@ fn stream_json(stream: &StreamTally) -> Json {
 mod tests {
     use super::*;
     use crate::golden::Golden;
-    use pellucid_hw::machine::Arithmetic;
+    use pellucid_machine::Arithmetic;
 
     #[test]
     fn a_table_keeps_to_its_width() {
         let screen = Screen { width: 4, height: 3, background: 0 };
-        let reference = Golden::new(screen).finish();
+        let reference = Golden::new(screen).of(&[]).unwrap();
         let tally = Tally::default();
         let image = &reference.image;
-        let verdict = Verdict::new(&reference, Arithmetic::Blend, image, &tally, vec![]);
+        let verdict = Verdict::new(&reference, Arithmetic::BLEND, image, &tally, vec![]);
         let report = Report::new("tbuffer", "glass", vec![], screen, &reference, tally, &verdict);
         let short = "Fragments of the frame.";
         let long = "Transparent fragments for which there was no place: the image lacks them.";
@@ -378,8 +410,20 @@ mod tests {
             let table = report.table(Some(width));
             assert!(table.lines().all(|line| line.len() <= width.into()), "{width}:\n{table}");
             assert_eq!(table.contains(short), width >= 110, "{width}:\n{table}");
+            let hint = "no room for what each figure means";
+            assert_eq!(table.contains(hint), width < 110, "{width}:\n{table}");
         }
         assert!(report.table(None).contains(long));
+    }
+
+    #[test]
+    fn what_people_read_says_by_whom_it_is_counted() {
+        let entry = |group, name| Entry { group, name, value: json!(1), unit: "", about: "" };
+        let label = |group, name| entry(group, name).full_label();
+        assert_eq!(label("accesses", "seed"), "accesses as the paper counts");
+        assert_eq!(label("storage", "seed_bytes_used"), "storage as the paper counts, in use");
+        assert_eq!(label("accesses", "full"), "accesses.full");
+        assert_eq!(entry("storage", "seed_bytes").key(), "storage.seed_bytes");
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! The scoreboard: holds a run to the golden model, to the conservation of fragments and to the
 //! closed forms.
 
-use crate::golden::{Reference, error_bound};
+use crate::golden::Reference;
 use crate::image::{Difference, Image};
 use crate::window::Window;
-use pellucid_hw::machine::{Arithmetic, Check, Tally};
+use pellucid_machine::{Arithmetic, Check, Tally};
 
 /// The judgement of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,7 +65,7 @@ impl Verdict {
         }
         let allowed = |x: u32, y: u32| {
             let pixel = y as usize * reference.image.width as usize + x as usize;
-            error_bound(arithmetic, reference.layers[pixel])
+            (arithmetic.error_bound)(reference.layers[pixel])
         };
         Verdict {
             frames: 1,
@@ -74,7 +74,7 @@ impl Verdict {
             image: image.compare(&reference.image),
             golden: image.compare(reference.image_by(arithmetic)),
             beyond: image.compare_within(&reference.image, allowed),
-            error_bound: error_bound(arithmetic, reference.max_layers),
+            error_bound: (arithmetic.error_bound)(reference.max_layers),
             dropped: f.dropped,
             dropped_since: tally.dropped_since,
             wrong: checks.into_iter().filter(|c| c.expected != c.found).collect(),
@@ -124,16 +124,19 @@ impl Verdict {
             1 => "The image equals".to_string(),
             frames => format!("Each of the {frames} images equals"),
         };
-        self.is_right().then(|| match self.arithmetic {
-            Arithmetic::Blend => format!(
-                "{images} the golden model's, bit for bit, and every count its closed form."
-            ),
-            Arithmetic::Weights => format!(
-                "{images} the golden model of its weighted sum, bit for bit, and every count its \
-                 closed form. {mismatched_pixels} pixels differ from the exact blend, by {max_error} of \
-                 255 at most; its arithmetic allows {}.",
+        let name = self.arithmetic.name;
+        self.is_right().then(|| {
+            if self.arithmetic == Arithmetic::BLEND {
+                return format!(
+                    "{images} the golden model's, bit for bit, and every count its closed form."
+                );
+            }
+            format!(
+                "{images} the golden model of its {name}, bit for bit, and every count its closed form. \
+                 {mismatched_pixels} pixels differ from the exact blend, by {max_error} of 255 at most; its \
+                 arithmetic allows {}.",
                 self.error_bound
-            ),
+            )
         })
     }
 
@@ -149,16 +152,14 @@ impl Verdict {
     /// One sentence per fault; empty if there is none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
-        let (golden, beyond) = match self.arithmetic {
+        let (golden, beyond) = if self.arithmetic == Arithmetic::BLEND {
             // Both would say the same.
-            Arithmetic::Blend => (self.told(&self.golden, "differ from the golden model"), None),
-            Arithmetic::Weights => (
-                self.told(&self.golden, "differ from the golden model of the weighted sum"),
-                self.told(
-                    &self.beyond,
-                    "are farther from the exact blend than the weighted sum allows",
-                ),
-            ),
+            (self.told(&self.golden, "differ from the golden model"), None)
+        } else {
+            let name = self.arithmetic.name;
+            let golden = format!("differ from the golden model of the {name}");
+            let beyond = format!("are farther from the exact blend than the {name} allows");
+            (self.told(&self.golden, &golden), self.told(&self.beyond, &beyond))
         };
         if self.dropped > 0 {
             let difference = golden.map(|text| format!("; {text}")).unwrap_or_default();

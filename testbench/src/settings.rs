@@ -1,8 +1,8 @@
 //! Settings as users write them: `NAME=VALUE`, and TOML files of lines `name = value`. The parameters of a part of an
 //! architecture have its name before a dot; in a file they may be a table of that name.
 
-use crate::arch::Setting;
 use crate::output::reason;
+use pellucid_machine::architecture::Setting;
 use std::path::{Path, PathBuf};
 
 /// A text or a file that is no settings.

@@ -1,12 +1,10 @@
 //! Where a frame comes from: a scene or a trace.
 
-use crate::golden::primitive;
 use crate::scene::{Options, Scene, SceneError, point};
 use crate::trace::{Trace, TraceError};
-use crate::view::Kind;
-use pellucid_hw::machine::Item;
-use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
-use pellucid_hw::primitive::Primitive;
+use pellucid_machine::pixel::{Fragment, Screen};
+use pellucid_machine::primitive::Primitive;
+use pellucid_machine::{Item, Kind};
 use std::path::Path;
 
 /// A frame that can be played any number of times, the same each time.
@@ -15,6 +13,8 @@ pub enum Source {
     Scene(Scene),
     /// A trace file.
     Trace(Trace),
+    /// Fragments in memory, in arrival order.
+    Fragments(Screen, Vec<Fragment>),
 }
 
 /// Degrees by which the camera goes on from frame to frame.
@@ -66,6 +66,7 @@ impl Source {
         match self {
             Source::Scene(scene) => scene.info(),
             Source::Trace(trace) => trace.info(),
+            Source::Fragments(screen, _) => *screen,
         }
     }
 
@@ -76,20 +77,36 @@ impl Source {
             Source::Scene(scene) => {
                 scene.turned(f64::from(frames * DEGREES_PER_FRAME)).map(Source::Scene)
             }
-            Source::Trace(_) => None,
+            Source::Trace(_) | Source::Fragments(..) => None,
+        }
+    }
+
+    /// Sends every item in arrival order, of the kind that is asked for.
+    ///
+    /// # Errors
+    /// The receiver's first error, or a trace that turns out to be damaged.
+    pub fn play<E: From<SourceError>>(
+        &self,
+        kind: Kind,
+        sink: &mut dyn FnMut(&Item) -> Result<(), E>,
+    ) -> Result<(), E> {
+        match kind {
+            Kind::Fragments => self.play_fragments(&mut |fragment| sink(&fragment.into())),
+            Kind::Primitives => self.play_primitives(&mut |primitive| sink(&primitive.into())),
         }
     }
 
     /// Sends every fragment in arrival order.
     ///
     /// # Errors
-    /// The receiver's first error, or a trace that turns out to be damaged.
-    pub fn play<E: From<SourceError>>(
+    /// As [`Source::play`].
+    pub fn play_fragments<E: From<SourceError>>(
         &self,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
         match self {
             Source::Scene(scene) => scene.play(sink),
+            Source::Fragments(_, fragments) => fragments.iter().try_for_each(|f| sink(*f)),
             Source::Trace(trace) => {
                 let played = trace.play(&mut |fragment| sink(fragment).map_err(Stopped::Sink));
                 played.map_err(|e| match e {
@@ -100,8 +117,8 @@ impl Source {
         }
     }
 
-    /// Sends the same frame as primitives in arrival order: see [`Scene::play_primitives`]. What a trace has at
-    /// [`Z_FAR`] is no primitive, since it can never be seen.
+    /// Sends the same frame as primitives in arrival order: see [`Scene::play_primitives`]. Of a frame that is given as
+    /// fragments each is one.
     ///
     /// # Errors
     /// As [`Source::play`].
@@ -111,67 +128,10 @@ impl Source {
     ) -> Result<(), E> {
         match self {
             Source::Scene(scene) => scene.play_primitives(sink),
-            Source::Trace(_) => self.play(&mut |fragment| match fragment.z {
-                Z_FAR => Ok(()),
-                _ => sink(point(fragment)),
-            }),
+            Source::Trace(_) | Source::Fragments(..) => {
+                self.play_fragments(&mut |fragment| sink(point(fragment)))
+            }
         }
-    }
-}
-
-/// What a [`Source`] has frames of.
-pub trait Played: Item {
-    /// What it is.
-    const KIND: Kind;
-    /// Whether all of it hides what lies behind it.
-    fn is_opaque(&self) -> bool;
-    /// Its fragments on a screen `width` pixels wide, in the order in which they are drawn.
-    fn fragments(&self, width: u32) -> impl Iterator<Item = Fragment>;
-    /// Sends a frame's items in arrival order.
-    ///
-    /// # Errors
-    /// As [`Source::play`].
-    fn play<E: From<SourceError>>(
-        source: &Source,
-        sink: &mut dyn FnMut(Self) -> Result<(), E>,
-    ) -> Result<(), E>;
-}
-
-impl Played for Fragment {
-    const KIND: Kind = Kind::Fragments;
-
-    fn is_opaque(&self) -> bool {
-        Fragment::is_opaque(*self)
-    }
-
-    fn fragments(&self, _: u32) -> impl Iterator<Item = Fragment> {
-        std::iter::once(*self)
-    }
-
-    fn play<E: From<SourceError>>(
-        source: &Source,
-        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
-    ) -> Result<(), E> {
-        source.play(sink)
-    }
-}
-
-impl Played for Primitive {
-    const KIND: Kind = Kind::Primitives;
-
-    fn is_opaque(&self) -> bool {
-        self.opaque
-    }
-
-    fn fragments(&self, width: u32) -> impl Iterator<Item = Fragment> {
-        primitive::fragments(self, width)
-    }
-
-    fn play<E: From<SourceError>>(
-        source: &Source,
-        sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
-    ) -> Result<(), E> {
-        source.play_primitives(sink)
     }
 }
 
@@ -194,7 +154,7 @@ mod tests {
     use crate::golden::primitive::fragments;
 
     #[test]
-    fn a_trace_plays_as_points_but_for_what_is_never_seen() {
+    fn a_trace_plays_as_points_and_so_does_what_is_never_seen() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("three.csv");
         let text = "# pellucid-trace width=4 height=3 background=0,0,0\nx,y,z,r,g,b,a\n\
@@ -202,18 +162,20 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let source = Source::open(path.to_str().unwrap(), &Options::default()).unwrap();
         let mut all: Vec<Fragment> = vec![];
-        Fragment::play::<BenchError>(&source, &mut |fragment| {
-            all.push(fragment);
-            Ok(())
-        })
-        .unwrap();
+        source
+            .play_fragments::<BenchError>(&mut |fragment| {
+                all.push(fragment);
+                Ok(())
+            })
+            .unwrap();
         let mut of_primitives: Vec<Fragment> = vec![];
-        Primitive::play::<BenchError>(&source, &mut |primitive| {
-            of_primitives.extend(fragments(&primitive, 4));
-            Ok(())
-        })
-        .unwrap();
+        source
+            .play_primitives::<BenchError>(&mut |primitive| {
+                of_primitives.extend(fragments(&primitive, 4));
+                Ok(())
+            })
+            .unwrap();
         assert_eq!(all.len(), 3);
-        assert_eq!(of_primitives, [all[0], all[2]]);
+        assert_eq!(of_primitives, all);
     }
 }

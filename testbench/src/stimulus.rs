@@ -1,10 +1,8 @@
 //! How a frame is played to a machine whose ports are recorded.
 
 use crate::bench::{Bench, BenchError};
-use crate::source::{Played, Source};
-use pellucid_hw::machine::Machine;
-use pellucid_hw::pixel::Marked;
-use pellucid_sim::{Registers, Signals};
+use crate::source::Source;
+use pellucid_machine::{Item, Kind};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,44 +28,38 @@ impl Stimulus {
     ///
     /// # Errors
     /// See [`BenchError`].
-    pub fn play<M>(self, bench: &mut Bench<M>, source: &Source) -> Result<(), BenchError>
-    where
-        M: Machine<Item: Played>,
-        M::State: Registers<Config = M::Config>,
-        M::Out: Signals<Config = M::Config>,
-    {
+    pub fn play(self, bench: &mut Bench, source: &Source, kind: Kind) -> Result<(), BenchError> {
         if self == Stimulus::Plain {
-            bench
-                .frame(|bench| M::Item::play(source, &mut |item| bench.send(Marked::item(item))))?;
-            return bench.wait_for(1, || {});
+            bench.frame(|bench| source.play(kind, &mut |item| bench.send(item)))?;
+            return bench.wait_for(1, |_, _| Ok(()));
         }
         let mut items = 0u64;
-        M::Item::play::<BenchError>(source, &mut |_| {
+        source.play::<BenchError>(kind, &mut |_| {
             items += 1;
             Ok(())
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
         let mut sent = 0;
-        let mut send = |bench: &mut Bench<M>, item| {
+        let mut send = |bench: &mut Bench, item: &Item| {
             sent += 1;
             if chosen(sent, SOURCE_LATE) {
                 bench.pause()?;
             }
-            bench.send(Marked::item(item))
+            bench.send(item)
         };
         let mut half = items / 2;
-        M::Item::play::<BenchError>(source, &mut |item| {
+        source.play::<BenchError>(kind, &mut |item| {
             if half == 0 {
                 return Ok(());
             }
             half -= 1;
             send(bench, item)
         })?;
-        bench.reset()?;
+        bench.reset();
         // The second frame comes in while the first is still being shown.
         for _ in 0..2 {
-            bench.frame(|bench| M::Item::play(source, &mut |item| send(bench, item)))?;
+            bench.frame(|bench| source.play(kind, &mut |item| send(bench, item)))?;
         }
-        bench.wait_for(2, || {})
+        bench.wait_for(2, |_, _| Ok(()))
     }
 }

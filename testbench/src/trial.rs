@@ -1,17 +1,17 @@
 //! A trial: one scene through one machine, held to the golden model.
 
-use crate::arch::{Job, Outcome, Runnable};
 use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::report::Report;
+use crate::run::{Job, Outcome, run};
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::view::View;
 use crate::window::Window;
-use pellucid_hw::machine::Census;
+use pellucid_machine::{Census, Model};
 use std::sync::Arc;
 
 /// A scene, and what the golden model says of it for machines of one view.
@@ -29,6 +29,8 @@ pub struct Case {
     pub later: Arc<[Reference]>,
     /// How often a machine plays them before the time that counts.
     pub warm_up: u32,
+    /// The most cycles that a machine may take, if there is a limit.
+    pub most_cycles: Option<u64>,
 }
 
 /// What a machine gave, and how it was judged.
@@ -62,7 +64,7 @@ impl Case {
     pub fn new(
         scene: &str,
         source: Source,
-        machine: &dyn Runnable,
+        machine: &dyn Model,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
         let mut cases = Case::all(scene, source, &[machine], progress)?;
@@ -77,11 +79,11 @@ impl Case {
     pub fn all(
         scene: &str,
         source: Source,
-        machines: &[&dyn Runnable],
+        machines: &[&dyn Model],
         progress: &mut Progress,
     ) -> Result<Vec<Case>, CaseError> {
         let views: Vec<View> =
-            machines.iter().map(|machine| machine.view(&source)).collect::<Result<_, _>>()?;
+            machines.iter().map(|machine| view(*machine, &source)).collect::<Result<_, _>>()?;
         let source = Arc::new(source);
         let mut cases: Vec<Case> = vec![];
         for (k, view) in views.iter().enumerate() {
@@ -100,6 +102,7 @@ impl Case {
                         items,
                         later: Arc::new([]),
                         warm_up: 0,
+                        most_cycles: None,
                     }
                 }
             };
@@ -118,13 +121,13 @@ impl Case {
     pub fn with_frames(
         self,
         frames: u32,
-        machine: &dyn Runnable,
+        machine: &dyn Model,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
         let later = (1..frames).map(|number| {
             let source = self.source.later(number).expect("a source of several frames");
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
-            Ok(judged(&source, &machine.view(&source)?, golden, progress)?.0)
+            Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
         });
         let later = later.collect::<Result<_, CaseError>>()?;
         Ok(Case { later, ..self })
@@ -147,11 +150,11 @@ impl Case {
     pub fn run(
         &self,
         arch: &'static str,
-        machine: &dyn Runnable,
+        machine: &dyn Model,
         wave: Option<&WaveJob>,
         progress: &mut Progress,
     ) -> Result<Trial, BenchError> {
-        match (machine.run(self.job(wave, progress)), wave) {
+        match (run(machine, self.job(wave, progress)), wave) {
             // A model is the same every time: it fails again.
             (Err(error), Some(wave)) if error.fault().is_some() => {
                 self.run_again(arch, machine, wave, Window::Failure, progress)
@@ -170,7 +173,7 @@ impl Case {
     pub fn run_again(
         &self,
         arch: &'static str,
-        machine: &dyn Runnable,
+        machine: &dyn Model,
         wave: &WaveJob,
         window: Window,
         progress: &mut Progress,
@@ -178,19 +181,26 @@ impl Case {
         let windows = wave.windows.iter().cloned().chain([window]).collect();
         let wave = WaveJob { windows, ..wave.clone() };
         progress.turn_to("again, for the waveform");
-        let outcome = machine.run(self.job(Some(&wave), progress))?;
+        let outcome = run(machine, self.job(Some(&wave), progress))?;
         self.judge(arch, machine, outcome)
     }
 
     fn job<'a>(&'a self, wave: Option<&'a WaveJob>, progress: &'a mut Progress) -> Job<'a> {
-        Job { source: &self.source, frames: self.frames(), warm_up: self.warm_up, wave, progress }
+        Job {
+            source: &self.source,
+            frames: self.frames(),
+            warm_up: self.warm_up,
+            most_cycles: self.most_cycles,
+            wave,
+            progress,
+        }
     }
 
     /// Judges what a machine gave.
     fn judge(
         &self,
         arch: &'static str,
-        machine: &dyn Runnable,
+        machine: &dyn Model,
         outcome: Outcome,
     ) -> Result<Trial, BenchError> {
         let references = [&*self.reference].into_iter().chain(&*self.later);
@@ -217,18 +227,24 @@ impl Case {
     }
 }
 
+/// What a machine sees of a frame.
+fn view(machine: &dyn Model, source: &Source) -> Result<View, SourceError> {
+    View::new(machine.kind(), machine.dealer(), source)
+}
+
 /// What the golden model says of a frame that is seen so, and how many items it has.
 fn judged(
     source: &Source,
     view: &View,
-    mut golden: Golden,
+    golden: Golden,
     progress: &mut Progress,
 ) -> Result<(Reference, u64), CaseError> {
-    let items = view.play::<CaseError>(source, &mut |fragment| {
-        progress.step();
-        Ok(golden.push(fragment)?)
-    })?;
-    Ok((golden.finish(), items))
+    golden.judge(|sink| {
+        view.play::<CaseError>(source, &mut |fragment| {
+            progress.step();
+            sink(fragment)
+        })
+    })
 }
 
 #[cfg(test)]

@@ -5,20 +5,11 @@
 //! deep the engine with the lower number wins. For it the opaque items come engine by engine, and the transparent ones,
 //! which lie over all of them, at the end.
 
-use crate::source::{Played, Source, SourceError};
-use pellucid_hw::machine::Dealer;
-use pellucid_hw::pixel::Fragment;
-use pellucid_hw::primitive::Primitive;
+use crate::golden::primitive;
+use crate::source::{Source, SourceError};
+use pellucid_machine::pixel::Fragment;
+use pellucid_machine::{Dealer, Item, Kind};
 use std::ops::Range;
-
-/// What frames are made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Fragments.
-    Fragments,
-    /// Primitives.
-    Primitives,
-}
 
 /// How a machine sees a frame. Machines of equal views must give the same image.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,21 +20,19 @@ pub struct View {
 }
 
 impl View {
-    /// The view of machines that take items of type `T` and deal them to engines, if they do.
+    /// The view of machines that take items of this kind and deal them to engines, if they do.
     ///
     /// # Errors
     /// The frame cannot be read.
-    pub fn new<T: Played>(dealer: Option<Dealer<T>>, source: &Source) -> Result<View, SourceError> {
-        let Some(mut engine_of) = dealer else {
-            return Ok(View { kind: T::KIND, engines: None });
-        };
+    pub fn new(kind: Kind, dealer: Option<Dealer>, source: &Source) -> Result<View, SourceError> {
+        let Some(mut engine_of) = dealer else { return Ok(View { kind, engines: None }) };
         let mut engines = vec![];
-        T::play::<SourceError>(source, &mut |item| {
-            let engine = engine_of(&item);
+        source.play::<SourceError>(kind, &mut |item| {
+            let engine = engine_of(item);
             engines.extend(item.is_opaque().then_some(engine));
             Ok(())
         })?;
-        Ok(View { kind: T::KIND, engines: Some(engines) })
+        Ok(View { kind, engines: Some(engines) })
     }
 
     /// Sends the fragments of the frame; how many items they are of.
@@ -55,44 +44,39 @@ impl View {
         source: &Source,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<u64, E> {
-        match self.kind {
-            Kind::Fragments => self.play_items::<Fragment, E>(source, sink),
-            Kind::Primitives => self.play_items::<Primitive, E>(source, sink),
-        }
-    }
-
-    fn play_items<T: Played, E: From<SourceError>>(
-        &self,
-        source: &Source,
-        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
-    ) -> Result<u64, E> {
         let width = source.screen().width;
         let mut items = 0;
-        let mut send = |item: T| {
+        let mut send = |item: &Item| {
             items += 1;
-            item.fragments(width).try_for_each(&mut *sink)
+            match item {
+                Item::Fragment(fragment) => sink(*fragment),
+                Item::Primitive(triangle) => {
+                    primitive::fragments(triangle, width).try_for_each(&mut *sink)
+                }
+            }
         };
         let Some(engines) = &self.engines else {
-            T::play(source, &mut send)?;
+            source.play(self.kind, &mut send)?;
             return Ok(items);
         };
         for group in groups(engines, HELD) {
             let mut of = engines.iter();
             let mut held = vec![];
-            T::play::<E>(source, &mut |item| {
+            source.play::<E>(self.kind, &mut |item| {
                 let engine = if item.is_opaque() { of.next() } else { None };
                 match engine.filter(|engine| group.contains(engine)) {
                     // The items of one engine alone come in their order.
                     Some(_) if group.len() == 1 => return send(item),
-                    Some(engine) => held.push((*engine, item)),
+                    Some(engine) => held.push((*engine, *item)),
                     None => {}
                 }
                 Ok(())
             })?;
             held.sort_by_key(|(engine, _)| *engine);
-            held.into_iter().try_for_each(|(_, item)| send(item))?;
+            held.iter().try_for_each(|(_, item)| send(item))?;
         }
-        T::play(source, &mut |item| if item.is_opaque() { Ok(()) } else { send(item) })?;
+        let transparent = &mut |item: &Item| if item.is_opaque() { Ok(()) } else { send(item) };
+        source.play(self.kind, transparent)?;
         Ok(items)
     }
 }

@@ -1,9 +1,9 @@
 //! Follows a window through a run: whether a cycle is shown, from where on, and which points get a name.
 
 use crate::window::Window;
-use pellucid_hw::machine::Phase;
+use pellucid_machine::PhaseInfo;
 use pellucid_sim::Label;
-use pellucid_waveforms::{Marker, Wave};
+use pellucid_waveforms::{Found, Marker, Wave};
 
 /// Cycles that are shown before and after those in which a followed fragment is seen.
 const AROUND: u64 = 10;
@@ -16,8 +16,10 @@ const BEFORE_FAILURE: usize = 1000;
 /// A window that is followed through a run.
 pub(crate) struct Watch {
     window: Window,
+    /// The machine's phases.
+    phases: &'static [PhaseInfo],
     /// The phase of the cycle before.
-    phase: Phase,
+    phase: u8,
     /// The cycle after the last that is shown, as far as is known.
     until: u64,
     /// What it waits for has come.
@@ -38,7 +40,7 @@ struct Stall {
 
 impl Watch {
     /// At the start of a run. Nothing if it waits for an event that there is not.
-    pub(crate) fn new(window: &Window, wave: &Wave) -> Option<Watch> {
+    pub(crate) fn new(window: &Window, wave: &Wave, phases: &'static [PhaseInfo]) -> Option<Watch> {
         let (mut stalls, mut event) = (vec![], 0);
         match window {
             Window::Stall { .. } => {
@@ -55,7 +57,7 @@ impl Watch {
             _ => {}
         }
         let window = window.clone();
-        Some(Watch { window, phase: Phase::Clear, until: 0, came: false, stalls, event })
+        Some(Watch { window, phases, phase: 0, until: 0, came: false, stalls, event })
     }
 
     /// Cycles that must be remembered, 0 if it is known of a cycle whether it is shown when it comes.
@@ -79,16 +81,18 @@ impl Watch {
     }
 
     /// From which cycle on the waveform is shown, if cycle `time` is, in which the machine is at `phase`.
-    /// Asked once a cycle. Names of points go to `markers`.
+    /// Asked once a cycle. Names of points go to `markers`, and where they were seen to `found`.
     pub(crate) fn look(
         &mut self,
         time: u64,
-        phase: Phase,
+        phase: u8,
         wave: &Wave,
         markers: &mut Vec<Marker>,
+        found: &mut Found,
     ) -> Option<u64> {
         let begins = phase != self.phase;
         self.phase = phase;
+        let name = self.phases[usize::from(phase)].name;
         let mut from = time;
         let mut mark = |cycle, name: String| markers.push(Marker { cycle, name });
         match &self.window {
@@ -97,7 +101,7 @@ impl Watch {
                 return (*from..*to).contains(&time).then_some(time);
             }
             Window::Start { phase: wanted, cycles } => {
-                if begins && phase == *wanted {
+                if begins && name == *wanted {
                     self.came = true;
                     self.until = time.saturating_add(*cycles);
                     mark(time, self.window.to_string());
@@ -110,6 +114,7 @@ impl Watch {
                     if !self.came && stall.cycles > *longer_than {
                         self.came = true;
                         self.until = time + AFTER;
+                        found.values.push(stall.at);
                         from = (time + 1 - stall.cycles).saturating_sub(BEFORE);
                         mark(time + 1 - stall.cycles, format!("{} stalls", stall.stream));
                     }
@@ -119,15 +124,22 @@ impl Watch {
                 if !self.came && wave.value(self.event) == 1 {
                     self.came = true;
                     self.until = time + AFTER;
+                    found.values.push(self.event);
                     from = time.saturating_sub(BEFORE);
                     mark(time, name.clone());
                 }
             }
             Window::Fragment { .. } | Window::Pixel { .. } => {
-                let found = wave.labels().iter().copied().find(|label| self.follows(*label));
-                if let Some(label) = found {
+                let places = wave.labels().iter().enumerate();
+                let mut seen = places.filter(|(_, label)| self.follows(**label)).peekable();
+                if let Some((_, label)) = seen.peek().copied() {
+                    for (place, _) in seen {
+                        if !found.labels.contains(&place) {
+                            found.labels.push(place);
+                        }
+                    }
                     if time >= self.until {
-                        mark(time, format!("{label} {}", format!("{phase:?}").to_lowercase()));
+                        mark(time, format!("{label} {name}"));
                         from = time.saturating_sub(AROUND);
                     }
                     self.came = true;

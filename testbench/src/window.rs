@@ -1,6 +1,6 @@
 //! Which cycles a waveform shows.
 
-use pellucid_hw::machine::Phase;
+use pellucid_machine::PhaseInfo;
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,6 +8,32 @@ use std::str::FromStr;
 pub const PHASE_CYCLES: u64 = 1000;
 /// The longest stall that can be waited for: as many cycles are remembered.
 pub const LONGEST_STALL: u64 = 10_000;
+
+/// Every event that a machine may have: a wire in a scope `events`.
+pub const EVENTS: [&str; 22] = [
+    "stored",
+    "spilled",
+    "first",
+    "section_taken",
+    "dropped",
+    "waits",
+    "compared",
+    "weight_changed",
+    "chain_begun",
+    "read",
+    "read_again",
+    "drawn",
+    "hidden",
+    "culled_early",
+    "culled_late",
+    "blended",
+    "again",
+    "round_ends",
+    "round_failed",
+    "pass_begins",
+    "scanout",
+    "frame_done",
+];
 
 /// A window of cycles. Cycle 0 is the first in which the machine is ready for a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,8 +47,8 @@ pub enum Window {
     },
     /// The first cycles of a phase, in each frame.
     Start {
-        /// The phase.
-        phase: Phase,
+        /// The phase, by its name.
+        phase: String,
         /// How many cycles.
         cycles: u64,
     },
@@ -53,29 +79,30 @@ pub enum Window {
     Failure,
 }
 
-/// What the first cycles of a run and of its resolve show.
-pub const DEFAULT_WINDOWS: [Window; 2] = [
-    Window::Start { phase: Phase::Store, cycles: PHASE_CYCLES },
-    Window::Start { phase: Phase::Resolve, cycles: PHASE_CYCLES },
-];
+/// Where no window is asked for: the first cycles of each phase in which a frame is worked on.
+pub fn default_windows(phases: &[PhaseInfo]) -> Vec<Window> {
+    let works = phases.iter().filter(|phase| phase.works);
+    let start =
+        |phase: &PhaseInfo| Window::Start { phase: phase.name.to_string(), cycles: PHASE_CYCLES };
+    works.map(start).collect()
+}
 
 /// A window that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is no window of cycles: expected `FROM..TO` with FROM below TO, `store`, `resolve`, `all`, \
-     `stall:N` with N from 1 to {LONGEST_STALL}, or `event:NAME`"
+    "`{0}` is no window of cycles: expected `FROM..TO` with FROM below TO, a phase as `store` or `resolve`, \
+     `all`, `stall:N` with N from 1 to {LONGEST_STALL}, or `event:NAME`"
 )]
 pub struct WindowError(String);
 
 impl FromStr for Window {
     type Err = WindowError;
     fn from_str(text: &str) -> Result<Window, WindowError> {
-        let start = |phase| Ok(Window::Start { phase, cycles: PHASE_CYCLES });
-        match text {
-            "store" => return start(Phase::Store),
-            "resolve" => return start(Phase::Resolve),
-            "all" => return Ok(Window::Cycles { from: 0, to: u64::MAX }),
-            _ => {}
+        if text == "all" {
+            return Ok(Window::Cycles { from: 0, to: u64::MAX });
+        }
+        if !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_') {
+            return Ok(Window::Start { phase: text.to_string(), cycles: PHASE_CYCLES });
         }
         let error = || WindowError(text.to_string());
         if let Some(cycles) = text.strip_prefix("stall:") {
@@ -103,7 +130,7 @@ impl fmt::Display for Window {
         match self {
             Window::Cycles { from: 0, to: u64::MAX } => write!(f, "all"),
             Window::Cycles { from, to } => write!(f, "{from}..{to}"),
-            Window::Start { phase, .. } => write!(f, "{}", format!("{phase:?}").to_lowercase()),
+            Window::Start { phase, .. } => write!(f, "{phase}"),
             Window::Stall { longer_than } => write!(f, "stall:{longer_than}"),
             Window::Event { name } => write!(f, "event:{name}"),
             Window::Fragment { number } => write!(f, "fragment {number}"),
@@ -122,7 +149,7 @@ mod tests {
         let cases = [
             ("5..17", Window::Cycles { from: 5, to: 17 }),
             ("all", Window::Cycles { from: 0, to: u64::MAX }),
-            ("store", Window::Start { phase: Phase::Store, cycles: 1000 }),
+            ("store", Window::Start { phase: "store".into(), cycles: 1000 }),
             ("stall:7", Window::Stall { longer_than: 7 }),
             ("event:dropped", Window::Event { name: "dropped".into() }),
         ];
@@ -130,12 +157,13 @@ mod tests {
             assert_eq!(text.parse().as_ref(), Ok(&window));
             assert_eq!(window.to_string(), text);
         }
-        for bad in ["", "5", "7..7", "9..2", "a..b", "-1..4", "stor", "stall:0", "stall:", "event:"]
+        for bad in
+            ["", "5", "7..7", "9..2", "a..b", "-1..4", "Store", "stall:0", "stall:", "event:"]
         {
             let error = bad.parse::<Window>().unwrap_err().to_string();
             let expected = format!(
-                "`{bad}` is no window of cycles: expected `FROM..TO` with FROM below TO, `store`, \
-                 `resolve`, `all`, `stall:N` with N from 1 to 10000, or `event:NAME`"
+                "`{bad}` is no window of cycles: expected `FROM..TO` with FROM below TO, a phase \
+                 as `store` or `resolve`, `all`, `stall:N` with N from 1 to 10000, or `event:NAME`"
             );
             assert_eq!(error, expected);
         }

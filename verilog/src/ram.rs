@@ -116,21 +116,27 @@ module ram_delay #(
       assign data_o = data_i;
       wire unused = &{1'b0, clk, rst};
     end else begin : line
-      reg valid_q [0:STAGES-1];
+      localparam AT_BITS = STAGES > 1 ? $clog2(STAGES) : 1;
+      localparam [31:0] LAST = STAGES - 1;
+      // The data is in a ring: what stands where the next goes came in STAGES cycles ago.
+      reg [STAGES-1:0] valid_q;
       reg [BITS-1:0] data_q [0:STAGES-1];
+      reg [AT_BITS-1:0] at_q;
+      wire [STAGES:0] valid = {valid_q, valid_i};
       integer k;
-      initial
+      initial begin
+        at_q = {AT_BITS{1'b0}};
         for (k = 0; k < STAGES; k = k + 1) data_q[k] = {BITS{1'b0}};
-      always @(posedge clk) begin
-        for (k = 0; k < STAGES; k = k + 1)
-          if (rst) valid_q[k] <= 1'b0;
-          else begin
-            valid_q[k] <= k == 0 ? valid_i : valid_q[k == 0 ? 0 : k - 1];
-            data_q[k] <= k == 0 ? data_i : data_q[k == 0 ? 0 : k - 1];
-          end
       end
-      assign valid_o = valid_q[STAGES-1];
-      assign data_o = data_q[STAGES-1];
+      always @(posedge clk)
+        if (rst) valid_q <= {STAGES{1'b0}};
+        else begin
+          valid_q <= valid[STAGES-1:0];
+          data_q[at_q] <= data_i;
+          at_q <= at_q == LAST[AT_BITS-1:0] ? {AT_BITS{1'b0}} : at_q + 1'b1;
+        end
+      assign valid_o = valid[STAGES];
+      assign data_o = data_q[at_q];
     end
   endgenerate
 endmodule

@@ -9,10 +9,10 @@
 //! contract alone must find it from reset; and a run must exist in which all sections go out, come
 //! back and go out again, so that the assumptions do not exclude what matters.
 
-#[path = "../../testbench/tests/tools/mod.rs"]
+#[path = "../../testbench/command/tests/tools/mod.rs"]
 mod tools;
 
-use pellucid_hw::allocator::{Config, FreeList};
+use pellucid_blocks::allocator::{Config, FreeList};
 use pellucid_sim::netlist::elaborate;
 use pellucid_verilog::{File, files};
 use std::fmt::Write;

@@ -114,6 +114,9 @@ pub(crate) struct Fst<W: Write + Seek> {
     labels: Vec<Option<Var>>,
     /// How many bytes are gathered for the block at hand.
     block: usize,
+    /// What the crate says is gathered where nothing is: it counts a word for each signal.
+    empty: usize,
+    longest_label: usize,
 }
 
 /// The system's error, where there is one.
@@ -171,7 +174,9 @@ impl<W: Write + Seek> Fst<W> {
         let body = header.finish()?;
         let out = Shared(out);
         out.with(Held::flush)?;
-        Ok(Fst { out, body: Some(body), clock, cycle, values, labels, block: FIRST_BLOCK })
+        let empty = body.size();
+        let (body, block, longest_label) = (Some(body), FIRST_BLOCK, 0);
+        Ok(Fst { out, body, clock, cycle, values, labels, block, empty, longest_label })
     }
 
     fn body(&mut self) -> fst_writer::Result<&mut FstBodyWriter<Shared<W>>> {
@@ -187,7 +192,7 @@ impl<W: Write + Seek> Fst<W> {
 
     /// Goes on to a time, and writes a block before if enough is gathered.
     fn turn_to(&mut self, time: u64) -> fst_writer::Result<()> {
-        if self.body()?.size() > self.block {
+        if self.body()?.size() > self.empty + self.block {
             self.write_block()?;
             self.block = (2 * self.block).min(BLOCK);
         }
@@ -208,6 +213,7 @@ impl<W: Write + Seek> Fst<W> {
         }
         let mut digits = [[b'0'; 8]; LABEL_CHARS];
         let text = label.to_string();
+        self.longest_label = self.longest_label.max(text.len());
         for (digits, byte) in digits[LABEL_CHARS - text.len()..].iter_mut().zip(text.bytes()) {
             *digits = DIGITS[usize::from(byte)];
         }
@@ -270,5 +276,9 @@ impl<W: Write + Seek + Send> Format for Fst<W> {
 
     fn finish(&mut self, cycle: Option<u64>) -> io::Result<()> {
         self.end(cycle).map_err(plain)
+    }
+
+    fn longest_label(&self) -> usize {
+        self.longest_label
     }
 }

@@ -33,7 +33,17 @@ const BLUE: u32 = 5;
 /// How many markers can have names: a letter each.
 const MARKERS: usize = 26;
 /// How many cycles are seen before the one where the view begins.
-const BEFORE: u64 = 6;
+const BEFORE: u64 = 3;
+/// The least pixels that a cycle is wide.
+const CYCLE_PIXELS: u32 = 64;
+/// Pixels of a character of a value, and of the slanted ends around one.
+const CHAR_PIXELS: u32 = 7;
+const ENDS_PIXELS: u32 = 10;
+/// GTKWave's zoom `-z` shows `2^z` units of time on so many pixels.
+const ZOOM_PIXELS: u64 = 200;
+
+/// How many characters of a marker's name a cycle is as wide as, at the zoom where the view begins.
+const NAME_CHARS: u64 = 12;
 
 /// The file that translates a table of states.
 fn filter(stem: &str, table: &Table) -> String {
@@ -56,6 +66,12 @@ fn alias(entry: &Entry) -> &str {
     entry.scopes.last().map_or("", |scope| &scope[..])
 }
 
+/// The zoom at which a cycle is wide enough for its labels.
+fn zoom(longest_label: usize) -> f64 {
+    let pixels = CYCLE_PIXELS.max(CHAR_PIXELS * longest_label as u32 + ENDS_PIXELS);
+    -((PERIOD_NS * ZOOM_PIXELS) as f64 / f64::from(pixels)).log2()
+}
+
 /// The save file and those that it names.
 pub(crate) fn files(view: &View, list: &List) -> Vec<ViewFile> {
     let (stem, mut text) = (&view.stem, String::new());
@@ -69,14 +85,20 @@ pub(crate) fn files(view: &View, list: &List) -> Vec<ViewFile> {
     let start = begins.saturating_sub(BEFORE).max(view.first.min(begins)) * PERIOD_NS;
     line(format_args!("[timestart] {start}\n[size] 1600 1000\n[pos] -1 -1"));
     // Zoom, the main marker, those with names.
-    let mut times = format!("*-5.000000 {}", begins * PERIOD_NS);
+    let mut times = format!("*{:.6} {}", zoom(view.longest_label), begins * PERIOD_NS);
     for k in 0..MARKERS {
         let marker = view.markers.get(k).map(|marker| marker.cycle * PERIOD_NS);
         let _ = write!(times, " {}", marker.map_or("-1".to_string(), |time| time.to_string()));
     }
     line(format_args!("{times}"));
     for (letter, marker) in ('A'..='Z').zip(&view.markers) {
-        line(format_args!("[markername] {letter}{}", marker.name));
+        // A name stands in the middle above its marker. One that the left edge would cut begins there: blanks as
+        // long as it is are cut instead.
+        let (name, chars) = (&marker.name, marker.name.chars().count());
+        let before = marker.cycle.checked_sub(start / PERIOD_NS);
+        let is_cut = before.is_some_and(|cycles| 2 * NAME_CHARS * cycles < chars as u64);
+        let blanks = if is_cut { chars } else { 0 };
+        line(format_args!("[markername] {letter}{:blanks$}{name}", ""));
     }
     line(format_args!("[sst_width] 220\n[signals_width] 260\n[sst_expanded] 0"));
     line(format_args!("@{:x}\ntop.clk", flag::BINARY));

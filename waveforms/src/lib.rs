@@ -14,5 +14,5 @@ mod wave;
 mod worker;
 
 pub use layout::{Layout, NoSignal, StreamOf};
-pub use view::{Marker, View, ViewFile};
-pub use wave::{FileFormat, PERIOD_NS, Sampler, Wave};
+pub use view::{Found, Marker, View, ViewFile};
+pub use wave::{FileFormat, PERIOD_NS, Wave};

@@ -122,9 +122,10 @@ impl Var {
         to.add(self.tail, self.tail_len.into());
     }
 
-    /// `s#3(1,2) "`.
-    fn relabel(&self, label: Label, to: &mut Text) {
+    /// `s#3(1,2) "`; how many characters the label has.
+    fn relabel(&self, label: Label, to: &mut Text) -> usize {
         to.add([b's'; 8], 1);
+        let begin = to.len;
         if let Some(number) = label.number() {
             let (x, y) = label.place();
             to.add([b'#'; 8], 1);
@@ -135,7 +136,9 @@ impl Var {
             to.add_number(y);
             to.add([b')'; 8], 1);
         }
+        let chars = to.len - begin;
         to.add(self.tail, self.tail_len.into());
+        chars
     }
 
     /// Unknown.
@@ -159,6 +162,7 @@ pub(crate) struct Vcd<W: Write> {
     /// For each label likewise.
     labels: Vec<Option<Var>>,
     text: Text,
+    longest_label: usize,
 }
 
 impl<W: Write> Vcd<W> {
@@ -199,7 +203,8 @@ impl<W: Write> Vcd<W> {
         let vars = layout.values() + layout.gates.len() + 2;
         let longest = 2 * STAMP + "$dumpvars\n$end\n".len() + vars * Var::LONGEST;
         let text = Text { bytes: vec![0; CHUNK + longest].into(), len: 0 };
-        Ok(Vcd { out, clock, cycle: Var::new(cycle, CYCLE_BITS), values, labels, text })
+        let cycle = Var::new(cycle, CYCLE_BITS);
+        Ok(Vcd { out, clock, cycle, values, labels, text, longest_label: 0 })
     }
 
     /// Hands the text on if there is so much of it: always whole cycles.
@@ -232,7 +237,7 @@ impl<W: Write + Send> Format for Vcd<W> {
         }
         for (at, label) in relabelled {
             if let Some(var) = &self.labels[*at as usize] {
-                var.relabel(*label, text);
+                self.longest_label = self.longest_label.max(var.relabel(*label, text));
             }
         }
         if whole != Whole::No {
@@ -250,7 +255,9 @@ impl<W: Write + Send> Format for Vcd<W> {
         self.clock.unknown(text);
         self.cycle.unknown(text);
         self.values.iter().flatten().for_each(|var| var.unknown(text));
-        self.labels.iter().flatten().for_each(|var| var.relabel(Label::NONE, text));
+        for var in self.labels.iter().flatten() {
+            var.relabel(Label::NONE, text);
+        }
         text.add_all(b"$end\n");
         // A window is complete: it is worth keeping.
         self.hand_on(0)
@@ -261,6 +268,10 @@ impl<W: Write + Send> Format for Vcd<W> {
             self.text.add_time(cycle * PERIOD_NS);
         }
         self.hand_on(0)
+    }
+
+    fn longest_label(&self) -> usize {
+        self.longest_label
     }
 }
 

@@ -2,7 +2,10 @@
 //!
 //! From top to bottom: the clock, the cycle, the machine's own wires and events; then a group for each block
 //! in the order in which blocks are declared, that is pipeline order. A block's group has the streams that
-//! it receives, its events, the labels of its stages, and a closed group of its registers.
+//! it receives, its events, the labels of its stages, and a closed group of its registers. Registers that no block
+//! has come before them. What was looked for and found stands above the machine's own wires; where something was
+//! followed, only groups in which it was are open. Where there are no streams it is not a machine but a block alone, and no
+//! group is closed.
 
 use crate::gtkwave;
 use crate::layout::{Entry, Form, Layout, StreamOf};
@@ -30,8 +33,18 @@ pub struct Marker {
     pub name: String,
 }
 
+/// What was looked for in a run, and where it was found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Found {
+    /// Events and stalls that came, by the numbers of their values: see [`Layout::events`] and [`Layout::stalls`].
+    pub values: Vec<usize>,
+    /// Where a followed item was: numbers of labels, as [`Wave::labels`](crate::Wave::labels) has them. Empty if
+    /// none was followed.
+    pub labels: Vec<usize>,
+}
+
 /// What is shown of a waveform.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct View {
     /// The waveform's file name without its extension.
     pub stem: String,
@@ -41,6 +54,10 @@ pub struct View {
     pub markers: Vec<Marker>,
     /// The first cycle that is shown: where viewers begin if there is no marker.
     pub first: u64,
+    /// Characters of the longest label: viewers begin with cycles so wide that it fits.
+    pub longest_label: usize,
+    /// What was looked for.
+    pub found: Found,
 }
 
 /// A line of the list of signals.
@@ -141,10 +158,19 @@ impl<'a> List<'a> {
         })
     }
 
-    fn group(&mut self, name: &str, closed: bool, entries: &[&'a Entry], layout: &Layout) {
+    /// Entries in a group of their own, closed if it is wanted so, or if what was followed is not there.
+    fn group(
+        &mut self,
+        name: &str,
+        closed: bool,
+        entries: &[&'a Entry],
+        layout: &Layout,
+        found: &Found,
+    ) {
         if entries.is_empty() {
             return;
         }
+        let closed = closed || !found.opens(entries.iter().copied());
         self.lines.push(Line::Open { name: name.to_string(), closed });
         self.signals(entries, layout);
         self.lines.push(Line::Close { name: name.to_string(), closed });
@@ -158,7 +184,7 @@ impl<'a> List<'a> {
     }
 
     /// The list for a machine.
-    pub(crate) fn new(layout: &'a Layout) -> List<'a> {
+    pub(crate) fn new(layout: &'a Layout, found: &Found) -> List<'a> {
         let streams = &layout.streams;
         let mut list = List { lines: vec![], tables: vec![] };
         let part = |name: &'static str| {
@@ -215,11 +241,28 @@ impl<'a> List<'a> {
                 match &group_of(group[0])[..] {
                     "" => list.signals(group, layout),
                     _ if label => list.signals(group, layout),
-                    name => list.group(name, false, group, layout),
+                    name => list.group(name, false, group, layout, found),
                 }
             }
         };
+        for value in &found.values {
+            let is_value = |e: &Entry| matches!(e.form, Form::Bits { at, .. } if at == *value);
+            let Some(entry) = wires.iter().copied().find(|entry| is_value(entry)) else { continue };
+            if *value < layout.sampled {
+                list.signals(&[entry], layout);
+                continue;
+            }
+            // A stall, with the stream that it is of.
+            let stream: Vec<&Entry> =
+                wires.iter().copied().filter(|other| other.scopes == entry.scopes).collect();
+            list.group(&group_of(entry), false, &stream, layout, &Found::default());
+        }
         show_wires(&mut list, None);
+        let alone = streams.is_empty();
+        let own: Vec<&Entry> =
+            registers.iter().copied().filter(|e| block_of(&e.scopes).is_empty()).collect();
+        let of = own.first().map_or("", |entry| &entry.scopes[0]);
+        list.group(&format!("{of}: registers"), !alone, &own, layout, found);
         for block in &blocks {
             let begin = list.lines.len();
             show_wires(&mut list, Some(block));
@@ -227,27 +270,47 @@ impl<'a> List<'a> {
             let (labels, rest): (Vec<&Entry>, Vec<&Entry>) =
                 mine.partition(|e| matches!(e.form, Form::Label { .. }));
             list.signals(&labels, layout);
+            let open = found.opens(list.lines[begin..].iter().filter_map(Line::entry));
             // A block that has only registers needs no group around theirs.
             let grouped = list.lines.len() > begin;
-            list.group(&format!("{block}: registers"), true, &rest, layout);
+            list.group(&format!("{block}: registers"), !alone, &rest, layout, found);
             if grouped {
-                let (name, closed) = (block.clone(), false);
+                let (name, closed) = (block.clone(), !open);
                 list.lines.insert(begin, Line::Open { name: name.clone(), closed });
                 list.lines.push(Line::Close { name, closed });
             }
         }
+        // Words are there because they are asked for: they stay open.
         let memory_of = |entry: &Entry| entry.scopes.get(2..).unwrap_or_default().join(".");
         for memory in memories.chunk_by(|a, b| memory_of(a) == memory_of(b)) {
-            list.group(&format!("{}: words", memory_of(memory[0])), false, memory, layout);
+            let name = format!("{}: words", memory_of(memory[0]));
+            list.group(&name, false, memory, layout, &Found::default());
         }
         list
+    }
+}
+
+impl Line<'_> {
+    fn entry(&self) -> Option<&Entry> {
+        match self {
+            Line::Signal { entry, .. } => Some(entry),
+            Line::Open { .. } | Line::Close { .. } => None,
+        }
+    }
+}
+
+impl Found {
+    /// Whether a group of these entries is to be open.
+    fn opens<'e>(&self, mut entries: impl Iterator<Item = &'e Entry>) -> bool {
+        let was_here = |form| matches!(form, Form::Label { at } if self.labels.contains(&at));
+        self.labels.is_empty() || entries.any(|entry| was_here(entry.form))
     }
 }
 
 impl View {
     /// The files of the set-ups for GTKWave and Surfer.
     pub fn files(&self, layout: &Layout) -> Vec<ViewFile> {
-        let list = List::new(layout);
+        let list = List::new(layout, &self.found);
         let mut files = gtkwave::files(self, &list);
         files.extend(surfer::files(self, &list));
         files

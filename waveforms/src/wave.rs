@@ -4,7 +4,7 @@ use crate::fst::Fst;
 use crate::layout::Layout;
 use crate::vcd::Vcd;
 use crate::worker::Worker;
-use pellucid_sim::{Label, Sink};
+use pellucid_sim::{Label, Sampler};
 use std::collections::VecDeque;
 use std::io::{self, Seek, Write};
 
@@ -62,6 +62,8 @@ pub(crate) trait Format: Send {
     fn gap(&mut self, cycle: u64) -> io::Result<()>;
     /// Ends the file, and the last cycle where one is shown. Nothing follows.
     fn finish(&mut self, cycle: Option<u64>) -> io::Result<()>;
+    /// Characters of the longest label so far.
+    fn longest_label(&self) -> usize;
 }
 
 /// One cycle's values and labels.
@@ -86,10 +88,10 @@ impl Snapshot {
         sample: impl FnOnce(&mut Sampler),
     ) {
         let Snapshot { values, labels } = self;
-        let mut sampler = Sampler { values, labels, changed, at: 0, label_at: 0 };
+        let mut sampler = Sampler::new(values, labels, changed);
         sample(&mut sampler);
-        debug_assert_eq!(sampler.at, layout.sampled, "one value per declared signal");
-        debug_assert_eq!(sampler.label_at, layout.gates.len(), "one label per declared label");
+        debug_assert_eq!(sampler.values(), layout.sampled, "one value per declared signal");
+        debug_assert_eq!(sampler.labels(), layout.gates.len(), "one label per declared label");
         self.derive(layout, changed);
     }
 
@@ -108,40 +110,6 @@ impl Snapshot {
                 *label = Label::NONE;
             }
         }
-    }
-}
-
-/// Takes a cycle's values.
-pub struct Sampler<'a> {
-    values: &'a mut [u64],
-    labels: &'a mut [Label],
-    changed: &'a mut Vec<(u32, u64)>,
-    /// Which value is next.
-    at: usize,
-    /// Which label is next.
-    label_at: usize,
-}
-
-impl Sink for Sampler<'_> {
-    #[inline(always)]
-    fn push(&mut self, value: u64) {
-        if self.values[self.at] != value {
-            self.change(value);
-        }
-        self.at += 1;
-    }
-    #[inline(always)]
-    fn label(&mut self, label: Label) {
-        self.labels[self.label_at] = label;
-        self.label_at += 1;
-    }
-}
-
-impl Sampler<'_> {
-    #[inline(never)]
-    fn change(&mut self, value: u64) {
-        self.values[self.at] = value;
-        self.changed.push((self.at as u32, value));
     }
 }
 
@@ -217,6 +185,11 @@ impl Wave {
     /// The first cycle that was shown.
     pub fn first(&self) -> Option<u64> {
         self.first
+    }
+
+    /// Characters of the longest label, as far as the file is written.
+    pub fn longest_label(&self) -> usize {
+        self.worker.longest_label
     }
 
     /// Samples a cycle: `sample` tells every signal's value and every label, in the order of the declarations.
@@ -333,11 +306,11 @@ impl Wave {
         Ok(())
     }
 
-    /// Ends the file with `cycle`, the one after the last.
+    /// Ends the file with `cycle`, the one after the last. Gives how many characters its longest label has.
     ///
     /// # Errors
     /// Those of the writer.
-    pub fn finish(mut self, cycle: u64) -> io::Result<()> {
+    pub fn finish(mut self, cycle: u64) -> io::Result<usize> {
         if let Some((first, _)) = self.history.cycles.pop_front() {
             self.gap(first)?;
         }

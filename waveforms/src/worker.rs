@@ -4,8 +4,9 @@
 //! memory is bounded and the simulation waits where the file is slower.
 
 use crate::wave::{Cycle, Format, Whole};
-use pellucid_sim::Label;
+use pellucid_sim::{Label, panic_text};
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
@@ -35,6 +36,8 @@ pub(crate) struct Batch {
     /// How many of either belong to cycles that are over.
     changed_before: usize,
     relabelled_before: usize,
+    /// Characters of the longest label in the file, once it is written.
+    longest_label: usize,
 }
 
 impl Batch {
@@ -70,8 +73,16 @@ impl Batch {
         (self.changed_before, self.relabelled_before) = (0, 0);
     }
 
-    /// Writes it.
-    fn write(&self, format: &mut dyn Format) -> io::Result<()> {
+    /// Writes it. A panic in the format's library is an error like any other.
+    fn write(&mut self, format: &mut dyn Format) -> io::Result<()> {
+        let written = catch_unwind(AssertUnwindSafe(|| self.tell(format)));
+        self.longest_label = format.longest_label();
+        written.unwrap_or_else(|panic| {
+            Err(io::Error::other(format!("its writer failed: {}", panic_text(&*panic))))
+        })
+    }
+
+    fn tell(&self, format: &mut dyn Format) -> io::Result<()> {
         let (mut changed, mut relabelled) = (&self.changed[..], &self.relabelled[..]);
         for event in &self.events {
             match *event {
@@ -100,6 +111,8 @@ pub(crate) struct Worker {
     /// From the thread: an empty batch, and how writing what was in it went.
     empty: Receiver<(Batch, io::Result<()>)>,
     thread: Option<JoinHandle<()>>,
+    /// Characters of the longest label that was written so far.
+    pub(crate) longest_label: usize,
 }
 
 impl Worker {
@@ -126,7 +139,8 @@ impl Worker {
                 }
             }
         })?;
-        Ok(Worker { batch: Batch::default(), full: Some(full), empty, thread: Some(thread) })
+        let (batch, full, thread) = (Batch::default(), Some(full), Some(thread));
+        Ok(Worker { batch, full, empty, thread, longest_label: 0 })
     }
 
     /// The cycle at hand is over.
@@ -151,6 +165,7 @@ impl Worker {
 
     fn hand_on(&mut self) -> io::Result<()> {
         let (next, result) = self.empty.recv().map_err(io::Error::other)?;
+        self.longest_label = next.longest_label.max(self.longest_label);
         let filled = std::mem::replace(&mut self.batch, next);
         if let Some(full) = &self.full {
             full.send(filled).map_err(|_| io::Error::other("the writer has gone"))?;
@@ -158,18 +173,23 @@ impl Worker {
         result
     }
 
-    /// Ends the file, with the cycle after the last if that is shown, and waits until all is written.
+    /// Ends the file, with the cycle after the last if that is shown, and waits until all is written. Gives how
+    /// many characters the longest label has.
     ///
     /// # Errors
     /// Those of the writer.
-    pub(crate) fn finish(mut self, cycle: Option<u64>) -> io::Result<()> {
+    pub(crate) fn finish(mut self, cycle: Option<u64>) -> io::Result<usize> {
         self.batch.forget();
         self.batch.events.push(Event::End(cycle));
         let last = self.hand_on();
         self.full = None;
         // To the end, even if one of them is an error.
-        let results: Vec<io::Result<()>> = self.empty.iter().map(|(_, result)| result).collect();
-        last.and(results.into_iter().collect())
+        let mut result = last;
+        for (batch, written) in self.empty.iter() {
+            self.longest_label = batch.longest_label.max(self.longest_label);
+            result = result.and(written);
+        }
+        result.map(|()| self.longest_label)
     }
 }
 
@@ -188,14 +208,16 @@ mod tests {
     use super::*;
     use std::sync::{Arc, Mutex};
 
-    /// Notes what comes, up to a cycle in which it fails.
+    /// Notes what comes, up to a cycle in which it fails, with an error or else with a panic.
     struct Notes {
         fails: u64,
+        panics: bool,
         seen: Arc<Mutex<Vec<String>>>,
     }
     impl Format for Notes {
         fn cycle(&mut self, now: &Cycle) -> io::Result<()> {
             if now.cycle == self.fails {
+                assert!(!self.panics, "no more than {} cycles", self.fails);
                 return Err(io::ErrorKind::StorageFull.into());
             }
             let Cycle { cycle, changed, relabelled, .. } = now;
@@ -211,12 +233,16 @@ mod tests {
             self.seen.lock().unwrap().push(format!("end {cycle:?}"));
             Ok(())
         }
+        fn longest_label(&self) -> usize {
+            self.seen.lock().unwrap().len()
+        }
     }
 
     /// Cycle `k` changes 1000 values; cycle 8 is followed by a gap.
-    fn write(cycles: u64, fails: u64) -> (Vec<String>, io::Result<()>) {
+    fn write(cycles: u64, fails: u64, panics: bool) -> (Vec<String>, io::Result<usize>) {
         let seen = Arc::<Mutex<Vec<String>>>::default();
-        let mut worker = Worker::new(Box::new(Notes { fails, seen: seen.clone() })).unwrap();
+        let notes = Notes { fails, panics, seen: seen.clone() };
+        let mut worker = Worker::new(Box::new(notes)).unwrap();
         let mut result = Ok(());
         for cycle in 0..cycles {
             // What is not shown is forgotten.
@@ -236,8 +262,8 @@ mod tests {
 
     #[test]
     fn everything_arrives_in_order() {
-        let (seen, result) = write(100, u64::MAX);
-        result.unwrap();
+        let (seen, result) = write(100, u64::MAX, false);
+        assert_eq!(result.unwrap(), 102, "the longest label is that of the end");
         let cycle = |k: u64| format!("{k}: 1000 Some((999, {k})) 1");
         let mut expected: Vec<String> = (0..100).map(cycle).collect();
         expected.insert(9, "gap 9".to_string());
@@ -248,8 +274,18 @@ mod tests {
     #[test]
     fn a_failure_is_told_and_nothing_is_written_behind_it() {
         for cycles in [8, 100] {
-            let (seen, result) = write(cycles, 6);
+            let (seen, result) = write(cycles, 6, false);
             assert_eq!(result.unwrap_err().kind(), io::ErrorKind::StorageFull);
+            assert_eq!(seen.len(), 6);
+        }
+    }
+
+    #[test]
+    fn a_panic_of_the_writer_is_told_as_a_failure() {
+        for cycles in [8, 100] {
+            let (seen, result) = write(cycles, 6, true);
+            let told = result.unwrap_err().to_string();
+            assert_eq!(told, "its writer failed: no more than 6 cycles");
             assert_eq!(seen.len(), 6);
         }
     }

@@ -3,7 +3,7 @@
 //! It is not part of Pellucid's library: it stands for one of your own. Its test, `tests/properties.rs`, is a
 //! line. [`Hasty`] is the same but for a fault that is easily made, which the properties find.
 
-use pellucid_hw::allocator::{Config, Contract, In, Lent, Moore};
+use pellucid_blocks::allocator::{Config, Contract, In, Lent, Moore};
 use pellucid_sim::{Block, Signals, Stream};
 
 /// A bit for each section. What it offers it holds until it is taken, unless it is hasty.

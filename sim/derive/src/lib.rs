@@ -4,6 +4,7 @@
 //! - [`macro@Registers`] does so for the registers of a block that holds lines of children.
 //! - [`macro@Memory`] makes a set of memories one.
 
+mod children;
 mod memory;
 mod rtl;
 mod signals;
@@ -22,11 +23,16 @@ use syn::{DeriveInput, parse_macro_input};
 ///   parts make a tuple.
 /// - An array field may name how many of its elements exist: `#[len(count)]`. What its elements are given may depend on
 ///   the element's number `k`.
+/// - A field that exists in some configurations alone says in which: `#[exists(condition)]`. In the others it is not
+///   shown.
 /// - A field that only the simulator keeps is `#[unseen]`: it is no signal.
+/// - A field that holds a child's registers is `#[block(CHILD)]`, or `#[block(CHILD, cfg.part)]` where the child's
+///   configuration is not what `#[with]` names. Then there is a function `reset`: children are reset as they say, other
+///   fields are as `#[reset(value)]` says, or their types' defaults. `#[rtl]` makes it the block's.
 ///
 /// On an enum without fields: the variants, numbered from 0 in order, with the fewest bits that
 /// hold the last of them.
-#[proc_macro_derive(Signals, attributes(signals, width, with, len, unseen))]
+#[proc_macro_derive(Signals, attributes(signals, width, with, len, exists, unseen, block, reset))]
 pub fn signals(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     signals::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
@@ -36,14 +42,17 @@ pub fn signals(input: TokenStream) -> TokenStream {
 ///
 /// On a struct with named fields, as for [`macro@Signals`]; besides, a field may be a `Vec` with `#[len(count)]`. The
 /// configuration is named by `#[signals(Type)]` here too.
-#[proc_macro_derive(Registers, attributes(signals, width, with, len, unseen))]
+#[proc_macro_derive(Registers, attributes(signals, width, with, len, exists, unseen, block, reset))]
 pub fn registers(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     signals::registers(&input).unwrap_or_else(|e| e.to_compile_error()).into()
 }
 
 /// A struct whose fields are all memories is one too: clocked together, each visited by its name.
-#[proc_macro_derive(Memory)]
+///
+/// Where fields are children's, each is `#[block(CHILD, cfg.part)]`, then there is a function `new`, which `#[rtl]` makes
+/// the block's `memories`; `#[memory(Type)]` names the configuration (default: `Config`).
+#[proc_macro_derive(Memory, attributes(memory, block))]
 pub fn memory(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     memory::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()
@@ -51,7 +60,7 @@ pub fn memory(input: TokenStream) -> TokenStream {
 
 /// Gives functions a second meaning: beside each, a twin that builds a netlist from the same tokens.
 ///
-/// - On an `impl Block`: the block can be elaborated (`pellucid_sim::Netlist`). `name = "..."` names its
+/// - On an `impl Block`: what it says of neither `reset` nor `memories` is made of its fields' `#[block]`, and the block can be elaborated (`pellucid_sim::Netlist`). `name = "..."` names its
 ///   module (default: the block's name in snake case); `state`, `input`, `moore` and `output = EXPR`
 ///   give a bundle's configuration where it is not the block's own; each `check(TYPE, CONFIG)` makes a
 ///   test that compares the source with the netlist on random registers and inputs.

@@ -1,5 +1,6 @@
 //! `#[derive(Signals)]`.
 
+use crate::children;
 use proc_macro2::{Span, TokenStream};
 use quote::{quote, quote_spanned};
 use syn::punctuated::Punctuated;
@@ -77,11 +78,21 @@ struct Part<'a> {
     len: Option<TokenStream>,
     /// Only some elements exist.
     partly: bool,
+    /// Where it exists, if not everywhere.
+    exists: Option<Expr>,
 }
 
 impl Part<'_> {
     fn is_line(&self) -> bool {
         line(&self.field.ty).is_some()
+    }
+
+    /// What is done with the field, where it exists.
+    fn where_it_exists(&self, done: TokenStream) -> TokenStream {
+        match &self.exists {
+            Some(exists) => quote! { if #exists { #done } },
+            None => done,
+        }
     }
 }
 
@@ -96,7 +107,8 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
     let parts: Vec<Part> =
         named.named.iter().filter(|f| !unseen(f)).map(part).collect::<Result<_>>()?;
     let hidden: Vec<_> = named.named.iter().filter(|f| unseen(f)).map(|f| &f.ident).collect();
-    let needs_cfg = parts.iter().any(|p| !p.field.attrs.iter().all(|a| a.path().is_ident("doc")));
+    let plain = |a: &syn::Attribute| ["doc", "reset"].iter().any(|name| a.path().is_ident(name));
+    let needs_cfg = parts.iter().any(|p| !p.field.attrs.iter().all(plain));
     let mut config: Type =
         if needs_cfg { syn::parse_quote!(Config) } else { syn::parse_quote!(()) };
     if let Some(a) = input.attrs.iter().find(|a| a.path().is_ident("signals")) {
@@ -104,29 +116,29 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
     }
     let declare = parts.iter().map(|p| {
         let (ty, cfg, name) = (element(&p.field.ty), &p.cfg, field_name(p.field));
-        match &p.len {
+        p.where_it_exists(match &p.len {
             Some(len) => quote! {
                 for k in 0..(#len) as usize {
                     <#ty as #bundle>::declare(#cfg, &format!("{}[{k}]", #name), to);
                 }
             },
             None => quote! { <#ty as #bundle>::declare(#cfg, #name, to); },
-        }
+        })
     });
     let sample = parts.iter().map(|p| {
         let (id, cfg) = (&p.field.ident, &p.cfg);
-        match &p.len {
+        p.where_it_exists(match &p.len {
             Some(len) => quote! {
                 for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
                     #bundle::sample(x, #cfg, to);
                 }
             },
             None => quote! { #bundle::sample(&self.#id, #cfg, to); },
-        }
+        })
     });
     let check = parts.iter().map(|p| {
         let (id, cfg, name) = (&p.field.ident, &p.cfg, field_name(p.field));
-        match &p.len {
+        p.where_it_exists(match &p.len {
             Some(len) => quote! {
                 for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
                     if let Err(e) = #bundle::check(x, #cfg) {
@@ -139,7 +151,7 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
                     return Err(e.within(#name));
                 }
             },
-        }
+        })
     });
     let restore = parts.iter().map(|p| {
         let (id, ty, cfg) = (&p.field.ident, element(&p.field.ty), &p.cfg);
@@ -155,7 +167,10 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
                 #id: ::core::array::from_fn(|k| if k < (#len) as usize { #one } else { #absent })
             },
             Some(_) => quote! { #id: ::core::array::from_fn(|k| #one) },
-            None => quote! { #id: #one },
+            None => match &p.exists {
+                Some(exists) => quote! { #id: if #exists { #one } else { #absent } },
+                None => quote! { #id: #one },
+            },
         }
     });
     let lift = parts.iter().map(|p| {
@@ -186,6 +201,9 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
             #name { #(#restore,)* #(#hidden: Default::default(),)* }
         }
     };
+    let config_of =
+        |field: &Field| parts.iter().find(|p| p.field.ident == field.ident).map(|p| p.cfg.clone());
+    let reset = children::maker(input, fields, &config, ["reset", "reset"], config_of)?;
     if lines {
         let follow = parts.iter().map(|p| {
             let id = &p.field.ident;
@@ -206,6 +224,7 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
                     #(self.#hidden = from.#hidden.clone();)*
                 }
             }
+            #reset
         });
     }
     Ok(quote! {
@@ -218,6 +237,7 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
         impl #impl_generics #bundle for #name #ty_generics #where_clause {
             #shown
         }
+        #reset
     })
 }
 
@@ -248,7 +268,7 @@ fn part(field: &Field) -> Result<Part<'_>> {
     let attribute = |name: &str| -> Result<Option<Expr>> {
         field.attrs.iter().find(|a| a.path().is_ident(name)).map(|a| a.parse_args()).transpose()
     };
-    let (width, len) = (attribute("width")?, attribute("len")?);
+    let (width, len, exists) = (attribute("width")?, attribute("len")?, attribute("exists")?);
     let with: Option<Punctuated<Expr, Token![,]>> = field
         .attrs
         .iter()
@@ -282,5 +302,8 @@ fn part(field: &Field) -> Result<Part<'_>> {
         (_, Some(_)) => return Err(Error::new(Span::call_site(), "#[len] is for arrays")),
         (_, None) => None,
     };
-    Ok(Part { field, cfg, len, partly })
+    if len.is_some() && exists.is_some() {
+        return Err(Error::new(field.span(), "an array exists as far as its #[len] says"));
+    }
+    Ok(Part { field, cfg, len, partly, exists })
 }

@@ -375,6 +375,10 @@ impl Node {
         if other.known().is_some_and(|v| v > mask(self.width())) {
             return Node::flag(true);
         }
+        // Nothing is more than all ones.
+        if self.known().is_some_and(|v| v >= mask(other.width())) {
+            return Node::flag(false);
+        }
         Node::binary(Binary::Lt, self, other, 1, Type::Flag)
     }
     /// `self << other`.

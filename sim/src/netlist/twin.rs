@@ -107,6 +107,8 @@ impl Value {
         let ask = [("en", Value::Wire(Node::flag(true))), ("addr", addr)];
         self.port("read", |port| port.updated(ask));
     }
+    /// Tells a memory how many of its words are of use: no hardware.
+    pub fn holds(&mut self, _words: Value) {}
     /// Asks a port, or a memory's port, to put `data` at `addr`.
     pub fn write(&mut self, addr: Value, data: Value) {
         let yes = Value::Wire(Node::flag(true));

@@ -4,6 +4,7 @@
 use crate::signals::{Declare, Kind, Signals, Sink, width_of};
 use bitvec::field::BitField;
 use bitvec::vec::BitVec;
+use std::collections::TryReserveError;
 
 /// The widest word that is packed.
 const PACKED_BITS: u32 = 4;
@@ -49,17 +50,31 @@ impl Sink for Word<'_> {
 }
 
 impl<T: Signals + Default> Cells<T> {
-    /// No word yet, and room for `words`.
-    pub(super) fn new(words: u32, item: &T::Config) -> Cells<T> {
+    /// No word yet.
+    pub(super) fn new(item: &T::Config) -> Cells<T> {
         let width = width_of::<T>(item);
         if !(1..=PACKED_BITS).contains(&width) {
-            return Cells::Values(Vec::with_capacity(words as usize));
+            return Cells::Values(vec![]);
         }
         let mut widths = vec![];
         T::declare(item, "", &mut widths);
-        let width = width as usize;
-        let bits = BitVec::with_capacity(words as usize * width);
-        Cells::Packed(Packed { bits, widths, width })
+        Cells::Packed(Packed { bits: BitVec::new(), widths, width: width as usize })
+    }
+
+    /// Makes room for `words`, before there is one.
+    ///
+    /// # Errors
+    /// There is no room.
+    pub(super) fn reserve(&mut self, words: usize) -> Result<(), TryReserveError> {
+        match self {
+            Cells::Values(values) => values.try_reserve_exact(words),
+            Cells::Packed(packed) => {
+                let mut room = vec![];
+                room.try_reserve_exact((words * packed.width).div_ceil(u64::BITS as usize))?;
+                packed.bits = BitVec::from_vec(room);
+                Ok(())
+            }
+        }
     }
 
     /// Makes it `words` words long; new ones are 0.

@@ -107,3 +107,18 @@ fn words_of_few_bits_are_packed_and_keep_to_themselves() {
     let fault = Some(FaultKind::Address { addr: WORDS, words: WORDS.into() });
     assert_eq!(ram.take_fault(), fault);
 }
+
+/// A word of two bits is packed.
+#[test]
+fn room_for_words_changes_none_of_them() {
+    for bits in [2, 32] {
+        let mut ram = Ram1R1W::<u32>::new(5000, bits, 1, ReadDuringWrite::New);
+        ram.reserve().unwrap();
+        for (addr, data) in [(0, 1), (4999, 3), (2000, 2)] {
+            step(&mut ram, None, Some((addr, data)));
+        }
+        let mut words = vec![];
+        [0, 4999, 2000, 1].iter().for_each(|addr| ram.peek(*addr, &mut words));
+        assert_eq!(words, [1, 3, 2, 0]);
+    }
+}

@@ -5,7 +5,7 @@
 use crate::{lines, write};
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use pellucid_hw::pixel::{Fragment, Z_FAR};
+use pellucid_machine::pixel::{Fragment, Z_FAR};
 use pellucid_testbench::scene::{Options, Scene, SceneError};
 use std::fs;
 use std::io::Write;

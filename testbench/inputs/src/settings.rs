@@ -4,9 +4,11 @@
 //! machine makes the image that the golden model does.
 
 use crate::{lines, write};
-use pellucid_hw::params::Value;
-use pellucid_hw::pixel::{Screen, Z_FAR};
-use pellucid_testbench::arch::{ARCHITECTURES, Architecture, Runnable, Setting, SettingError};
+use pellucid_hw::ARCHITECTURES;
+use pellucid_machine::architecture::{Setting, SettingError};
+use pellucid_machine::params::Value;
+use pellucid_machine::pixel::{Screen, Z_FAR};
+use pellucid_machine::{Architecture, Model};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::scene::{AlphaRule, Camera, Options, Scene};
 use pellucid_testbench::settings::{self, SettingsError};
@@ -114,7 +116,7 @@ fn check_machines(settings: &[Setting]) {
 }
 
 /// The values are what was set last, and set again they give the same.
-fn check_values(arch: &Architecture, settings: &[Setting], machine: &dyn Runnable) {
+fn check_values(arch: &Architecture, settings: &[Setting], machine: &dyn Model) {
     let values = machine.values();
     let names = || (arch.parameters)().into_iter().map(|parameter| parameter.name);
     assert!(values.iter().map(|(name, _)| name.clone()).eq(names()), "the parameters' names");
@@ -160,7 +162,7 @@ fn check_refusal(arch: &Architecture, preset: &str, settings: &[Setting], error:
 }
 
 /// Whether none of the parameters that matter is large: those of a part do not, unless the part is chosen.
-fn is_small(machine: &dyn Runnable) -> bool {
+fn is_small(machine: &dyn Model) -> bool {
     let values = machine.values();
     let chosen = |part: &str| values.iter().any(|(_, value)| value.to_string() == part);
     values.iter().all(|(name, value)| match value {
@@ -172,7 +174,7 @@ fn is_small(machine: &dyn Runnable) -> bool {
 }
 
 /// A frame through the machine gives the golden model's image, or is lossy and says so.
-fn check_frame(arch: &Architecture, machine: &dyn Runnable) {
+fn check_frame(arch: &Architecture, machine: &dyn Model) {
     let name = write("frame.csv", frame().as_bytes());
     let name = name.to_str().expect("a temporary folder has a plain name");
     let source = Source::open(name, &Options::default()).expect("the frame");

@@ -3,7 +3,7 @@
 //! What is read and written again reads the same, in either form.
 
 use crate::{path, write};
-use pellucid_hw::pixel::{Fragment, Screen, Z_FAR};
+use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_testbench::trace::{Trace, TraceError, TraceWriter};
 use std::fs;
 use std::path::Path;

@@ -1,20 +1,21 @@
-//! The contract of a blender, see [`mod@pellucid_hw::blender`], as properties.
+//! The contract of a blender, see [`mod@pellucid_blocks::blender`], as properties.
 //!
 //! Frames of random pixels are sent, each pixel's fragments far to near, beside a memory of opaque colours;
 //! a plain blend says which colours must be written. A sequence says for every cycle whether the next
 //! fragment comes, and whether the blender is reset; behind it all is sent.
 
-use crate::reference::{Judged, Reference};
-use pellucid_hw::blender::{In, Out, Sorted};
-use pellucid_hw::pixel::{COLOUR_BITS, Marked, Screen};
+use crate::reference::{Judged, LONG, Long, Reference};
+use pellucid_blocks::blender::{In, Out, Sorted};
+use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
 use pellucid_sim::{
     Block, Fault, Label, Memory, Ram1R1W, ReadDuringWrite, Registers, Storage, Stream,
 };
 use proptest::prelude::*;
 use std::fmt;
 use std::marker::PhantomData;
+use std::ops::Range;
 
-/// What can be tested: a block with the ports of [`pellucid_hw::blender::Blender`].
+/// What can be tested: a block with the ports of [`pellucid_blocks::blender::Blender`].
 pub trait Blends:
     Block<Config = Screen, State: Registers<Config = Screen>, In = In, Moore = (), Out = Out> + 'static
 {
@@ -131,6 +132,18 @@ fn small(frames: &[&[u32]]) -> Setup {
     Setup { below: (0..PIXELS).map(|k| k << 16 | 0x20_80_f0).collect(), frames }
 }
 
+/// So many frames of up to five pixels.
+fn frames(number: Range<usize>) -> BoxedStrategy<Setup> {
+    let below = proptest::collection::vec(0..1u32 << COLOUR_BITS, PIXELS as usize);
+    let layers = proptest::collection::vec(any::<u32>(), 1..8);
+    let order = Just((0..PIXELS).collect::<Vec<_>>()).prop_shuffle();
+    let frame = (order, proptest::collection::vec(layers, 0..PIXELS as usize))
+        .prop_map(|(order, layers)| order.into_iter().zip(layers).collect());
+    (below, proptest::collection::vec(frame, number))
+        .prop_map(|(below, frames)| Setup { below, frames })
+        .boxed()
+}
+
 impl<B: Blends> Reference for Model<B> {
     type Block = B;
     type Config = Screen;
@@ -141,14 +154,12 @@ impl<B: Blends> Reference for Model<B> {
     const NAME: &'static str = "blender";
 
     fn setups() -> BoxedStrategy<Setup> {
-        let below = proptest::collection::vec(0..1u32 << COLOUR_BITS, PIXELS as usize);
-        let layers = proptest::collection::vec(any::<u32>(), 1..8);
-        let order = Just((0..PIXELS).collect::<Vec<_>>()).prop_shuffle();
-        let frame = (order, proptest::collection::vec(layers, 0..PIXELS as usize))
-            .prop_map(|(order, layers)| order.into_iter().zip(layers).collect());
-        (below, proptest::collection::vec(frame, 1..4))
-            .prop_map(|(below, frames)| Setup { below, frames })
-            .boxed()
+        frames(1..4)
+    }
+    fn long() -> Vec<Long<Self>> {
+        let come = prop::bool::weighted(0.9);
+        let step = come.prop_map(|come| Step { come, reset: false }).boxed();
+        vec![Long { setup: frames(9000..9001), step, steps: LONG }]
     }
     fn steps(_: &Setup) -> BoxedStrategy<Step> {
         let bits = (prop::bool::weighted(0.7), prop::bool::weighted(0.01));
@@ -323,7 +334,7 @@ macro_rules! blender_properties {
     ($blender:ty) => {
         $crate::blender_properties!($blender, blender_properties);
     };
-    ($blender:ty, $name:ident) => {
-        $crate::properties!($crate::blender::Model<$blender>, $name);
+    ($blender:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::blender::Model<$blender>, $name $(, $states)?);
     };
 }

@@ -4,7 +4,7 @@
 //! queue is reset. Items are numbered as they go in, so that a plain counter says which is due; behind the
 //! last cycle all are taken, so that none can have been lost.
 
-use crate::reference::{Judged, Reference};
+use crate::reference::{Judged, LONG, Long, Reference};
 use pellucid_sim::fifo::{Config, In, Moore};
 use pellucid_sim::{Block, Fault, Registers, Stream};
 use proptest::prelude::*;
@@ -157,11 +157,17 @@ impl<F: Queue> Reference for Model<F> {
         let step = (any::<bool>(), any::<bool>(), prop::bool::weighted(0.02));
         step.prop_map(|(push, pop, reset)| Step { push, pop, reset }).boxed()
     }
+    fn long() -> Vec<Long<Self>> {
+        let often = || prop::bool::weighted(0.9);
+        let step = (often(), often()).prop_map(|(push, pop)| Step { push, pop, reset: false });
+        let setup = Just(Config { depth: 9, item: 8 }).boxed();
+        vec![Long { setup, step: step.boxed(), steps: LONG }]
+    }
     fn small() -> Vec<Config<u32>> {
         (1..=3).map(|depth| Config { depth, item: 2 }).collect()
     }
     fn told(cfg: &Config<u32>) -> String {
-        format!("depth {}", cfg.depth)
+        format!("depth {}, items of {} bits", cfg.depth, cfg.item)
     }
     fn config(cfg: &Config<u32>) -> Config<u32> {
         *cfg
@@ -264,7 +270,7 @@ macro_rules! fifo_properties {
     ($queue:ty) => {
         $crate::fifo_properties!($queue, fifo_properties);
     };
-    ($queue:ty, $name:ident) => {
-        $crate::properties!($crate::fifo::Model<$queue>, $name);
+    ($queue:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::fifo::Model<$queue>, $name $(, $states)?);
     };
 }

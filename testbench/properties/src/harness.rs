@@ -1,20 +1,34 @@
-//! Runs a block beside its [`Reference`]: sequences by hand or at random, and every state of a small one.
+//! Runs a block beside its [`Reference`]: a sequence by hand, or every state of a small one.
 
+use crate::panics::caught;
 use crate::reference::{Judged, Reference};
-use crate::report::report;
 use pellucid_sim::{Block, Memory, Registers, Sim};
-use proptest::test_runner::{Config as Effort, TestCaseError, TestError, TestRunner};
-use proptest_state_machine::Sequential;
 use std::collections::{HashSet, VecDeque};
 use std::fmt::{self, Display};
-use std::path::Path;
-use std::sync::atomic::Ordering;
+
+/// What must hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Must<P> {
+    /// A property of the contract.
+    Keep(P),
+    /// Nothing panics, in the block or in what a contract of one's own says of it: asked of every block.
+    NotPanic,
+}
+
+impl<P: Display> Display for Must<P> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Must::Keep(property) => property.fmt(f),
+            Must::NotPanic => f.write_str("nothing panics"),
+        }
+    }
+}
 
 /// A broken property.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken<P> {
     /// Which.
-    pub property: P,
+    pub property: Must<P>,
     /// In which cycle of the sequence; those that show that nothing is lost follow it.
     pub cycle: u64,
     /// What was seen.
@@ -33,7 +47,8 @@ pub(crate) struct Seen<R: Reference> {
     pub(crate) q: <R::Block as Block>::State,
     /// None where it is reset or only looked at.
     pub(crate) inputs: Option<<R::Block as Block>::In>,
-    pub(crate) outputs: R::Outputs,
+    /// None where it panics before.
+    pub(crate) outputs: Option<R::Outputs>,
     pub(crate) reset: bool,
 }
 
@@ -49,23 +64,15 @@ pub(crate) struct Run<R: Reference> {
 }
 
 impl<R: Reference> Run<R> {
-    pub(crate) fn new(setup: &R::Setup) -> Run<R> {
-        let sim = Sim::new(R::config(setup));
-        Run { sim, reference: R::new(setup), cycle: 0, looked: false, over: false }
-    }
-
-    fn broken(&self, judged: Judged<R::Property>) -> Result<(), Broken<R::Property>> {
-        let broken = |(property, seen)| Broken { property, cycle: self.cycle, seen };
-        judged.map_err(broken)
-    }
-
-    fn look(&mut self) -> Result<(), Broken<R::Property>> {
-        if self.looked {
-            return Ok(());
-        }
-        self.looked = true;
-        let looked = self.reference.look(self.cycle, &self.sim.moore());
-        self.broken(looked)
+    /// A block in reset.
+    ///
+    /// # Errors
+    /// It panics.
+    pub(crate) fn new(setup: &R::Setup) -> Result<Run<R>, Broken<R::Property>> {
+        let made = caught(|| (Sim::new(R::config(setup)), R::new(setup)));
+        let (sim, reference) =
+            made.map_err(|seen| Broken { property: Must::NotPanic, cycle: 0, seen })?;
+        Ok(Run { sim, reference, cycle: 0, looked: false, over: false })
     }
 
     /// One cycle; without a step it is only looked at. `show` is told of it.
@@ -74,43 +81,49 @@ impl<R: Reference> Run<R> {
         step: Option<&R::Step>,
         show: &mut dyn FnMut(&R, Seen<R>),
     ) -> Result<(), Broken<R::Property>> {
-        let looked = self.look();
-        let (q, seen) = (self.sim.state().clone(), self.sim.moore());
-        let step = step.filter(|_| looked.is_ok());
-        let inputs = step.map(|step| self.reference.inputs(step, &seen));
-        let (mut out, mut judged) = (None, Ok(()));
-        match inputs {
-            None => {}
-            Some(None) => self.sim.reset(),
-            Some(Some(inputs)) => match self.sim.clock(inputs) {
-                Ok(clocked) => {
-                    judged = self.reference.judge(&clocked.out);
-                    out = Some(clocked.out);
-                }
-                Err(fault) => {
-                    judged = self.reference.fault(&fault);
-                    out = self.sim.at_fault().map(|cycle| cycle.out);
-                    self.over = true;
-                }
-            },
-        }
-        if step.is_some() || looked.is_err() {
-            let seen = Seen {
-                cycle: self.cycle,
-                q,
-                inputs: inputs.flatten(),
-                outputs: R::outputs(&seen, out.as_ref()),
-                reset: inputs.is_some_and(|inputs| inputs.is_none()),
-            };
+        let (cycle, q) = (self.cycle, self.sim.state().clone());
+        let mut seen = Seen { cycle, q, inputs: None, outputs: None, reset: false };
+        let judged = match caught(|| self.clock(step, &mut seen)) {
+            Ok(judged) => judged.map_err(|(property, seen)| (Must::Keep(property), seen)),
+            Err(said) => Err((Must::NotPanic, said)),
+        };
+        if step.is_some() || judged.is_err() {
             show(&self.reference, seen);
         }
-        looked?;
-        self.broken(judged)?;
+        judged.map_err(|(property, seen)| Broken { property, cycle, seen })?;
         if step.is_some() {
             self.cycle += 1;
             self.looked = false;
         }
         Ok(())
+    }
+
+    fn clock(&mut self, step: Option<&R::Step>, to: &mut Seen<R>) -> Judged<R::Property> {
+        let seen = self.sim.moore();
+        to.outputs = Some(R::outputs(&seen, None));
+        if !self.looked {
+            self.looked = true;
+            self.reference.look(self.cycle, &seen)?;
+        }
+        let Some(step) = step else { return Ok(()) };
+        to.inputs = self.reference.inputs(step, &seen);
+        let Some(inputs) = to.inputs else {
+            to.reset = true;
+            self.sim.reset();
+            return Ok(());
+        };
+        match self.sim.clock(inputs) {
+            Ok(clocked) => {
+                to.outputs = Some(R::outputs(&seen, Some(&clocked.out)));
+                self.reference.judge(&clocked.out)
+            }
+            Err(fault) => {
+                self.over = true;
+                let out = self.sim.at_fault().map(|cycle| cycle.out);
+                to.outputs = Some(R::outputs(&seen, out.as_ref()));
+                self.reference.fault(&fault)
+            }
+        }
     }
 
     /// The sequence, then what shows that nothing is lost.
@@ -149,33 +162,55 @@ impl<R: Reference> Run<R> {
 /// # Errors
 /// The first property that is broken.
 pub fn check<R: Reference>(setup: &R::Setup, steps: &[R::Step]) -> Result<(), Broken<R::Property>> {
-    Run::<R>::new(setup).play(steps, &mut |_, _| {})
+    Run::<R>::new(setup)?.play(steps, &mut |_, _| {})
 }
 
 /// What a search has found: a broken property and the shortest sequence that breaks it.
 pub type Found<R> = (Broken<<R as Reference>::Property>, Vec<<R as Reference>::Step>);
 
+/// How far a search has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Searched {
+    /// How many states it has seen.
+    pub states: usize,
+    /// There is no other.
+    pub every: bool,
+}
+
+/// A search plays so many cycles for each state that it may see: the way to every state is played again.
+const CYCLES: u64 = 200;
+
 /// Looks at every state that a block can come to, by every step in each: a plain search, from reset on, of
-/// `most` states at most. Gives how many states it has seen.
+/// `most` states and 200 times as many cycles at most.
 ///
 /// # Errors
 /// The first property that is broken.
-pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Found<R>> {
+pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<Searched, Found<R>> {
+    let mut left = most as u64 * CYCLES;
     let mut seen: HashSet<Vec<u64>> = HashSet::new();
     let mut next = VecDeque::from([vec![]]);
     // What breaks only behind a sequence, unless a shorter one is found before.
     let mut behind: Option<Found<R>> = None;
-    while let Some(steps) = next.pop_front().filter(|_| seen.len() < most) {
+    while seen.len() < most
+        && left > 0
+        && let Some(steps) = next.pop_front()
+    {
         if let Some(found) = behind.take_if(|(broken, _)| broken.cycle < steps.len() as u64) {
             return Err(found);
         }
         // A block cannot be copied: the way to the state is gone again.
-        let mut run = Run::<R>::new(setup);
+        let mut run = match Run::<R>::new(setup) {
+            Ok(run) => run,
+            Err(broken) => return Err((broken, steps)),
+        };
+        let look =
+            |run: &mut Run<R>| if run.over { Ok(()) } else { run.step(None, &mut |_, _| {}) };
         let mut way = steps.iter();
         let played = way.try_for_each(|step| run.step(Some(step), &mut |_, _| {}));
-        if let Err(broken) = played.and_then(|()| if run.over { Ok(()) } else { run.look() }) {
+        if let Err(broken) = played.and_then(|()| look(&mut run)) {
             return Err((broken, steps));
         }
+        left = left.saturating_sub(run.cycle);
         if run.over || !seen.insert(run.known()) {
             continue;
         }
@@ -190,114 +225,5 @@ pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<usize, Fou
             behind = Some((broken, steps));
         }
     }
-    behind.map_or(Ok(seen.len()), Err)
-}
-
-/// The longest random sequence.
-const STEPS: usize = 300;
-/// States that are searched for a shorter sequence than the one that was found.
-const SEARCHED: usize = 20_000;
-/// The most states of a setup that a test looks at.
-pub const MOST_STATES: usize = 500_000;
-
-/// The shortest sequence that breaks a property: by a search, if a small setup breaks one, else the one that
-/// was found, without the steps that it does not need.
-fn shortest<R: Reference>(setup: R::Setup, steps: Vec<R::Step>) -> (R::Setup, Vec<R::Step>) {
-    let searched = R::small().into_iter().find_map(|setup| {
-        let (_, steps) = exhaust::<R>(&setup, SEARCHED).err()?;
-        Some((setup, steps))
-    });
-    searched.unwrap_or_else(|| {
-        let mut needed = steps;
-        for k in (0..needed.len()).rev() {
-            let step = needed.remove(k);
-            if check::<R>(&setup, &needed).is_ok() {
-                needed.insert(k, step);
-            }
-        }
-        (setup, needed)
-    })
-}
-
-/// Tries random sequences. `source` is the test's file, beside which regressions are kept; the waveform of a
-/// failure goes into the folder `folder`.
-///
-/// # Panics
-/// A property is broken: the message has the shortest sequence and the command that opens its waveform.
-pub fn test<R: Reference>(source: &'static str, folder: &Path) {
-    let effort = Effort { source_file: Some(source), ..Effort::default() };
-    let sequences = Sequential::new(
-        (1..STEPS).into(),
-        R::setups,
-        |_, _| true,
-        |setup| R::steps(setup),
-        |setup, _| setup,
-    );
-    let tried = TestRunner::new(effort).run(&sequences, |(setup, steps, seen)| {
-        let counted = steps.iter().inspect(|_| {
-            if let Some(seen) = &seen {
-                seen.fetch_add(1, Ordering::SeqCst);
-            }
-        });
-        let played = Run::<R>::new(&setup).play(counted, &mut |_, _| {});
-        played.map_err(|broken| TestCaseError::fail(broken.to_string()))
-    });
-    match tried {
-        Ok(()) => {}
-        Err(TestError::Fail(_, (setup, steps, _))) => {
-            let (setup, steps) = shortest::<R>(setup, steps);
-            panic!("{}", report::<R>(&setup, &steps, folder))
-        }
-        Err(error) => panic!("{error}"),
-    }
-}
-
-/// Looks at every state of the small setups; the waveform of a failure goes into the folder `folder`.
-///
-/// # Panics
-/// A property is broken: the message has the shortest sequence and the command that opens its waveform.
-pub fn search<R: Reference>(folder: &Path) {
-    for setup in R::small() {
-        match exhaust::<R>(&setup, MOST_STATES) {
-            Err((_, steps)) => panic!("{}", report::<R>(&setup, &steps, folder)),
-            Ok(MOST_STATES) => {
-                let told = R::told(&setup);
-                println!("{told}: only {MOST_STATES} states were looked at");
-            }
-            Ok(_) => {}
-        }
-    }
-}
-
-/// The tests of a [`Reference`]: `properties!(allocator::Model<MyAllocator>, mine)`, where the second is the
-/// name of the module that they stand in.
-#[macro_export]
-macro_rules! properties {
-    ($reference:ty, $name:ident) => {
-        mod $name {
-            #[allow(unused_imports)]
-            use super::*;
-
-            /// Where the waveform of a failure goes.
-            fn folder() -> ::std::path::PathBuf {
-                let folder = match option_env!("CARGO_TARGET_TMPDIR") {
-                    Some(folder) => ::std::path::PathBuf::from(folder),
-                    None => ::std::env::temp_dir(),
-                };
-                folder.join("failures").join(module_path!().replace("::", "-"))
-            }
-
-            /// Any sequence of steps.
-            #[test]
-            fn any_sequence_keeps_the_contract() {
-                $crate::harness::test::<$reference>(file!(), &folder());
-            }
-
-            /// Every state of a small one.
-            #[test]
-            fn every_state_keeps_the_contract() {
-                $crate::harness::search::<$reference>(&folder().join("states"));
-            }
-        }
-    };
+    behind.map_or(Ok(Searched { states: seen.len(), every: next.is_empty() }), Err)
 }

@@ -1,4 +1,4 @@
-//! The contract of an allocator with lanes, see [`mod@pellucid_hw::allocator::lanes`], as properties.
+//! The contract of an allocator with lanes, see [`mod@pellucid_blocks::allocator::lanes`], as properties.
 //!
 //! A sequence says for every cycle and every lane whether what is offered is taken and which of the sections
 //! that are out is given back, if any, and whether the allocator is reset. A section may be given back to
@@ -6,9 +6,9 @@
 //! behind the last cycle all sections are taken, through all lanes, so that none can have been lost.
 
 use crate::harness;
-use crate::reference::{Judged, Reference};
-use pellucid_hw::allocator::Config as Numbers;
-use pellucid_hw::allocator::lanes::{Config, Contract, In, MAX_LANES, Moore};
+use crate::reference::{Judged, LONG, Long, Reference};
+use pellucid_blocks::allocator::Config as Numbers;
+use pellucid_blocks::allocator::lanes::{Config, Contract, In, MAX_LANES, Moore};
 use pellucid_sim::{Fault, Stream};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -132,23 +132,16 @@ impl<A: Contract + 'static> Reference for Model<A> {
         (1..=LANES, sections).prop_map(|(lanes, sections)| Setup { lanes, sections }).boxed()
     }
     fn steps(setup: &Setup) -> BoxedStrategy<Step> {
-        let release = prop::option::weighted(0.5, any::<u8>());
-        let hand = (prop::bool::weighted(0.6), release);
-        let hand = hand.prop_map(|(take, release)| Hand { take, release });
-        // Now and then all lanes do the same.
-        let hands = prop::collection::vec(hand, setup.lanes as usize);
-        (hands, 0..12u32, prop::bool::weighted(0.01))
-            .prop_map(|(mut hands, all, reset)| {
-                for hand in &mut hands {
-                    match all {
-                        0..=1 => *hand = Hand { take: true, release: None },
-                        2 => hand.take = false,
-                        _ => {}
-                    }
-                }
-                Step { hands, reset }
+        step(*setup, [0.6, 0.5, 0.01])
+    }
+    fn long() -> Vec<Long<Self>> {
+        [(1, FEW), (LANES, MANY)]
+            .map(|(lanes, sections)| {
+                let setup = Setup { lanes, sections: sections.min(A::MOST) };
+                let step = step(setup, [0.95, 0.9, 0.0]);
+                Long { setup: Just(setup).boxed(), step, steps: LONG }
             })
-            .boxed()
+            .into()
     }
     fn small() -> Vec<Setup> {
         let setup = |(lanes, sections)| Setup { lanes, sections };
@@ -318,11 +311,34 @@ fn granted(seen: &Moore, lane: usize) -> Option<u32> {
     grant.valid.then_some(grant.payload)
 }
 
+/// Steps in which each lane's offer is taken, a section is given back to it and the allocator is reset this often.
+fn step(setup: Setup, [take, release, reset]: [f64; 3]) -> BoxedStrategy<Step> {
+    let release = prop::option::weighted(release, any::<u8>());
+    let hand = (prop::bool::weighted(take), release);
+    let hand = hand.prop_map(|(take, release)| Hand { take, release });
+    // Now and then all lanes do the same.
+    let hands = prop::collection::vec(hand, setup.lanes as usize);
+    (hands, 0..12u32, prop::bool::weighted(reset))
+        .prop_map(|(mut hands, all, reset)| {
+            for hand in &mut hands {
+                match all {
+                    0..=1 => *hand = Hand { take: true, release: None },
+                    2 => hand.take = false,
+                    _ => {}
+                }
+            }
+            Step { hands, reset }
+        })
+        .boxed()
+}
+
 /// The most lanes in a random sequence.
 const LANES: u32 = 4;
 const _: () = assert!(LANES as usize <= MAX_LANES);
 /// In most random sequences there are no more sections than this.
 const MANY: u32 = 40;
+/// So many are taken and given back again and again by one lane of a long sequence.
+const FEW: u32 = 9;
 
 /// Tests of everything that the contract of an allocator with lanes asks for: `lanes_properties!(MyLanes)`, or
 /// with a name for the module that they stand in, `lanes_properties!(MyLanes, mine)`.
@@ -331,7 +347,7 @@ macro_rules! lanes_properties {
     ($lanes:ty) => {
         $crate::lanes_properties!($lanes, lanes_properties);
     };
-    ($lanes:ty, $name:ident) => {
-        $crate::properties!($crate::lanes::Model<$lanes>, $name);
+    ($lanes:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::lanes::Model<$lanes>, $name $(, $states)?);
     };
 }

@@ -2,10 +2,10 @@
 //!
 //! A sequence that breaks a property is shrunk to the shortest one that still does, is kept as a regression
 //! beside the test's source, and leaves a waveform of exactly that sequence, with a marker where the property
-//! is broken. Every state of small blocks is looked at too.
+//! is broken. Long sequences are played and every state of small blocks is looked at too.
 //!
 //! ```no_run
-//! use pellucid_hw::{allocator::FreeList, blender::Blender, sorter::Sorter};
+//! use pellucid_blocks::{allocator::FreeList, blender::Blender, sorter::Sorter};
 //! use pellucid_properties::{allocator_properties, blender_properties, sorter_properties};
 //! allocator_properties!(FreeList);
 //! sorter_properties!(Sorter);
@@ -19,17 +19,20 @@
 //! | [`allocator`], [`lanes`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`] | the contracts |
 //! | [`mod@reference`] | what a contract is |
 //! | [`harness`] | what runs a block beside one |
+//! | [`trials`] | the tests that are made of it |
 
 pub mod allocator;
 pub mod blender;
 pub mod fifo;
 pub mod harness;
 pub mod lanes;
+mod panics;
 pub mod ram;
 pub mod reference;
 mod report;
 pub mod sorter;
 pub mod stream;
+pub mod trials;
 
-pub use reference::{Judged, Reference};
+pub use reference::{Judged, Long, Reference};
 pub use report::report;

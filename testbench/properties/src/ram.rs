@@ -3,7 +3,7 @@
 //! A sequence says for every cycle what is read, what is written, whether a port is used twice, and whether
 //! the memory is reset. What is written is numbered, so that a plain array says what a read must give.
 
-use crate::reference::{Judged, Reference};
+use crate::reference::{Judged, LONG, Long, Reference};
 use pellucid_sim::{
     Block, Fault, FaultKind, Memory, Ports, Ram1R1W, Ram1RW, Read, ReadDuringWrite, Signals,
     Stream, bits_for,
@@ -236,6 +236,11 @@ impl<R: Ram> Reference for Model<R> {
         let step = (any::<Option<u8>>(), any::<Option<u8>>(), rare(), rare());
         step.prop_map(|(read, write, misuse, reset)| Step { read, write, misuse, reset }).boxed()
     }
+    fn long() -> Vec<Long<Self>> {
+        let step = (any::<Option<u8>>(), any::<Option<u8>>());
+        let step = step.prop_map(|(read, write)| Step { read, write, misuse: false, reset: false });
+        vec![Long { setup: Self::setups(), step: step.boxed(), steps: LONG }]
+    }
     fn small() -> Vec<Config> {
         let mut setups = vec![];
         for (words, bits, latency) in [(1, 1, 1), (1, 2, 2), (1, 2, 3), (2, 2, 1), (2, 2, 2)] {
@@ -249,12 +254,12 @@ impl<R: Ram> Reference for Model<R> {
         setups
     }
     fn told(cfg: &Config) -> String {
-        let Config { words, latency, read_during_write, .. } = cfg;
+        let Config { words, bits, latency, read_during_write } = cfg;
         let meets = match R::PORTS {
             Ports::One => String::new(),
             Ports::OneReadOneWrite => format!(", read during write {read_during_write:?}"),
         };
-        format!("{words} words, latency {latency}{meets}")
+        format!("{words} words of {bits} bits, latency {latency}{meets}")
     }
     fn config(cfg: &Config) -> Config {
         *cfg
@@ -403,7 +408,7 @@ macro_rules! ram_properties {
     ($ram:ty) => {
         $crate::ram_properties!($ram, ram_properties);
     };
-    ($ram:ty, $name:ident) => {
-        $crate::properties!($crate::ram::Model<$ram>, $name);
+    ($ram:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::ram::Model<$ram>, $name $(, $states)?);
     };
 }

@@ -7,6 +7,19 @@ use std::fmt::{Debug, Display};
 /// What must hold, or what is broken and what was seen instead.
 pub type Judged<P> = Result<(), (P, String)>;
 
+/// A long random sequence, for what shows only after many steps.
+pub struct Long<R: Reference> {
+    /// What is fixed while it is played.
+    pub setup: BoxedStrategy<R::Setup>,
+    /// A step of it. There is no reset among them, which would be the end of what is counted.
+    pub step: BoxedStrategy<R::Step>,
+    /// How many.
+    pub steps: usize,
+}
+
+/// The steps of a long sequence, where what is sent sets no bound.
+pub const LONG: usize = 100_000;
+
 /// The contract of a kind of blocks. A value of it is a plain model beside a block under the clock.
 pub trait Reference: Sized + 'static {
     /// The block.
@@ -32,6 +45,8 @@ pub trait Reference: Sized + 'static {
     fn setups() -> BoxedStrategy<Self::Setup>;
     /// Steps of a random sequence.
     fn steps(setup: &Self::Setup) -> BoxedStrategy<Self::Step>;
+    /// Long random sequences, each to be played once.
+    fn long() -> Vec<Long<Self>>;
     /// Setups of which every state is looked at, from the smallest on.
     fn small() -> Vec<Self::Setup>;
     /// A setup in words.

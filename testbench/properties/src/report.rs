@@ -1,6 +1,7 @@
 //! What is said and shown of a sequence that breaks a property.
 
 use crate::harness::{Broken, Run, Seen};
+use crate::panics::caught;
 use crate::reference::Reference;
 use pellucid_sim::{Block, Declare, Signals, Sink};
 use pellucid_waveforms::{FileFormat, Layout, Marker, View, Wave};
@@ -9,19 +10,36 @@ use std::io;
 use std::iter;
 use std::path::Path;
 
+/// How many cycles are told, the last ones.
+const TOLD: usize = 100;
+
 /// What is said of a sequence that breaks a property; its waveform is written into the folder.
 pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) -> String {
     let (mut cycles, mut lines) = (vec![], vec![]);
-    let played = Run::<R>::new(setup).play(steps, &mut |reference, seen| {
-        lines.push(line(reference, &seen));
-        cycles.push(seen);
+    let played = Run::<R>::new(setup).and_then(|mut run| {
+        run.play(steps, &mut |reference, seen| {
+            lines.push(line(reference, &seen));
+            cycles.push(seen);
+        })
     });
     let Err(broken) = played else { return "no property is broken".to_string() };
-    let wave = match record(&R::config(setup), &cycles, &broken, folder) {
-        Ok(()) => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
-        Err(error) => format!("its waveform cannot be written to `{}`: {error}", folder.display()),
-    };
     let told = R::told(setup);
+    if cycles.is_empty() {
+        return format!("{broken}\n{told}, before the first cycle, so that there is no waveform");
+    }
+    let failed = match caught(|| record::<R>(&R::config(setup), &cycles, &broken, folder)) {
+        Ok(Ok(())) => None,
+        Ok(Err(error)) => Some(error.to_string()),
+        Err(said) => Some(said),
+    };
+    let wave = match failed {
+        None => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
+        Some(why) => format!("its waveform cannot be written to `{}`: {why}", folder.display()),
+    };
+    let before = lines.len().saturating_sub(TOLD);
+    if before > 0 {
+        lines.splice(..before, [format!("  ...   {before} cycles, see the waveform")]);
+    }
     format!("{broken}\n{wave}\n{told}, cycle by cycle:\n{}", lines.join("\n"))
 }
 
@@ -54,23 +72,25 @@ fn record<R: Reference>(
     fs::create_dir_all(folder)?;
     let file = File::create(folder.join("wave.vcd"))?;
     let mut wave = Wave::new(FileFormat::Vcd, file, layout.clone(), 0)?;
-    // Inputs that nobody gives are low.
+    // Inputs that nobody gives are low, and outputs where it panics before there are any.
     let low = <R::Block as Block>::In::restore(cfg, &mut iter::repeat(0));
+    let none = R::Outputs::restore(cfg, &mut iter::repeat(0));
     for Seen { cycle, q, inputs, outputs, reset } in cycles {
         wave.sample(|to| {
             pellucid_sim::Registers::sample(q, cfg, to);
             inputs.unwrap_or(low).sample(cfg, to);
-            outputs.sample(cfg, to);
+            outputs.unwrap_or(none).sample(cfg, to);
             to.push(u64::from(*reset));
         });
         wave.show(*cycle)?;
     }
-    wave.finish(broken.cycle + 1)?;
+    let longest_label = wave.finish(broken.cycle + 1)?;
     let view = View {
         stem: "wave".to_string(),
         format: FileFormat::Vcd,
         markers: vec![Marker { cycle: broken.cycle, name: broken.property.to_string() }],
-        first: 0,
+        longest_label,
+        ..View::default()
     };
     view.write(&layout, folder, |path| fs::create_dir_all(path), |path, text| fs::write(path, text))
 }

@@ -1,21 +1,22 @@
-//! The contract of a depth sorter, see [`mod@pellucid_hw::sorter`], as properties.
+//! The contract of a depth sorter, see [`mod@pellucid_blocks::sorter`], as properties.
 //!
 //! Frames of random pixels are sent, each pixel in as many passes as its visible fragments need, and a
 //! stable sort says what must leave. A sequence says for every cycle whether the next fragment is offered,
 //! whether the receiver is ready, and whether the sorter is reset; behind it all is sent and taken.
 
-use crate::reference::{Judged, Reference};
+use crate::reference::{Judged, Long, Reference};
 use crate::stream::{Ends, Step};
-use pellucid_hw::blender::Sorted;
-use pellucid_hw::pixel::{Arrived, Marked, Screen};
-use pellucid_hw::sorter::{Config, In, MAX_DEPTH, Moore};
+use pellucid_blocks::blender::Sorted;
+use pellucid_blocks::sorter::{Config, In, MAX_DEPTH, Moore};
+use pellucid_machine::pixel::{Arrived, Marked, Screen};
 use pellucid_sim::{Block, Fault, Label, Registers, Stream};
 use proptest::prelude::*;
 use std::cmp::Reverse;
 use std::fmt;
 use std::marker::PhantomData;
+use std::ops::Range;
 
-/// What can be tested: a block with the ports of [`pellucid_hw::sorter::Sorter`].
+/// What can be tested: a block with the ports of [`pellucid_blocks::sorter::Sorter`].
 pub trait Sorts:
     Block<Config = Config, State: Registers<Config = Config>, In = In, Moore = Moore, Out = ()>
     + 'static
@@ -235,6 +236,19 @@ impl<S> Model<S> {
     }
 }
 
+/// So many frames of up to seven pixels.
+fn frames(number: Range<usize>) -> BoxedStrategy<Setup> {
+    let length = prop_oneof![5 => 1usize..6, 2 => 6usize..20, 1 => 20usize..70];
+    let layer = (0u32..5, prop::bool::weighted(0.8));
+    let layer = layer.prop_map(|(z, visible)| Layer { z, visible });
+    let layers = length.prop_flat_map(move |n| proptest::collection::vec(layer.clone(), n));
+    let frame = proptest::collection::vec(layers, 0..8);
+    let depth = prop_oneof![6 => 1u32..9, 1 => Just(MAX_DEPTH as u32)];
+    (depth, proptest::collection::vec(frame, number))
+        .prop_map(|(depth, frames)| Setup { depth, frames })
+        .boxed()
+}
+
 impl<S: Sorts> Reference for Model<S> {
     type Block = S;
     type Config = Config;
@@ -245,15 +259,11 @@ impl<S: Sorts> Reference for Model<S> {
     const NAME: &'static str = "sorter";
 
     fn setups() -> BoxedStrategy<Setup> {
-        let length = prop_oneof![5 => 1usize..6, 2 => 6usize..20, 1 => 20usize..70];
-        let layer = (0u32..5, prop::bool::weighted(0.8));
-        let layer = layer.prop_map(|(z, visible)| Layer { z, visible });
-        let layers = length.prop_flat_map(move |n| proptest::collection::vec(layer.clone(), n));
-        let frame = proptest::collection::vec(layers, 0..8);
-        let depth = prop_oneof![6 => 1u32..9, 1 => Just(MAX_DEPTH as u32)];
-        (depth, proptest::collection::vec(frame, 1..3))
-            .prop_map(|(depth, frames)| Setup { depth, frames })
-            .boxed()
+        frames(1..3)
+    }
+    fn long() -> Vec<Long<Self>> {
+        // Each fragment that leaves is looked for among all, which is why there are no more.
+        vec![Long { setup: frames(200..256), step: Step::often(), steps: 20_000 }]
     }
     fn steps(_: &Setup) -> BoxedStrategy<Step> {
         Step::any()
@@ -368,7 +378,7 @@ macro_rules! sorter_properties {
     ($sorter:ty) => {
         $crate::sorter_properties!($sorter, sorter_properties);
     };
-    ($sorter:ty, $name:ident) => {
-        $crate::properties!($crate::sorter::Model<$sorter>, $name);
+    ($sorter:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::sorter::Model<$sorter>, $name $(, $states)?);
     };
 }

@@ -5,12 +5,15 @@
 //! whether the stage is reset. An offer stays until it is taken. Behind the last cycle the rest is sent and
 //! the receiver is always ready, so that all that is due must come.
 
-use crate::reference::{Judged, Reference};
-use pellucid_hw::pixel::{PixelFragment, Screen};
-use pellucid_hw::rbuffer::queue;
+use crate::reference::{Judged, Long, Reference};
+use pellucid_machine::pixel::{PixelFragment, Screen};
+use pellucid_rbuffer::queue;
 use pellucid_sim::{Block, Fault, Fifo, Label, Registers, Signals, Stream, fifo};
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
+
+/// The most items that are sent. What must be given is asked for anew with each, which is why there are no more.
+pub const MOST_ITEMS: u32 = 4000;
 
 /// A block that takes one stream and gives another.
 pub trait Stage:
@@ -28,7 +31,7 @@ pub trait Stage:
 
     /// Configurations to be tried, the smallest first.
     fn configs() -> Vec<Self::Config>;
-    /// Item `number` of those that are sent.
+    /// Item `number` of those that are sent, of which there may be [`MOST_ITEMS`].
     fn item(cfg: &Self::Config, number: u32) -> Self::Item;
     /// What it must give once it has taken these items, in order.
     fn gives(cfg: &Self::Config, items: &[Self::Item]) -> Vec<Self::Gives>;
@@ -49,8 +52,8 @@ impl Stage for crate::fifo::Alone<Fifo<u32>> {
     fn configs() -> Vec<Self::Config> {
         [1, 2, 3, 8].map(|depth| fifo::Config { depth, item: 8 }).to_vec()
     }
-    fn item(_: &Self::Config, number: u32) -> u32 {
-        number
+    fn item(cfg: &Self::Config, number: u32) -> u32 {
+        number & ((1 << cfg.item) - 1)
     }
     fn gives(_: &Self::Config, items: &[u32]) -> Vec<u32> {
         items.to_vec()
@@ -195,6 +198,12 @@ impl Step {
         bits.prop_map(|(offer, ready, reset)| Step { offer, ready, reset }).boxed()
     }
 
+    /// Steps of a long sequence: all moves most of the time.
+    pub(crate) fn often() -> BoxedStrategy<Step> {
+        let often = || prop::bool::weighted(0.9);
+        (often(), often()).prop_map(|(offer, ready)| Step { offer, ready, reset: false }).boxed()
+    }
+
     /// Every step.
     pub(crate) fn all() -> Vec<Step> {
         let inputs = [(false, false), (true, false), (false, true), (true, true)];
@@ -265,6 +274,13 @@ impl<S: Stage> Reference for Model<S> {
     }
     fn steps(_: &Self::Setup) -> BoxedStrategy<Step> {
         Step::any()
+    }
+    fn long() -> Vec<Long<Self>> {
+        let long = |cfg| {
+            let setup = Just(Setup { cfg, items: MOST_ITEMS }).boxed();
+            Long { setup, step: Step::often(), steps: 5000 }
+        };
+        S::configs().into_iter().map(long).collect()
     }
     fn small() -> Vec<Self::Setup> {
         S::configs().into_iter().map(|cfg| Setup { cfg, items: 4 }).collect()
@@ -349,7 +365,7 @@ macro_rules! stream_properties {
     ($stage:ty) => {
         $crate::stream_properties!($stage, stream_properties);
     };
-    ($stage:ty, $name:ident) => {
-        $crate::properties!($crate::stream::Model<$stage>, $name);
+    ($stage:ty, $name:ident $(, $states:ident)?) => {
+        $crate::properties!($crate::stream::Model<$stage>, $name $(, $states)?);
     };
 }

@@ -9,9 +9,8 @@ use crate::report::{Entry, align_right, at_margin, csv_text, grouped, nest};
 use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
 use comfy_table::{Table, presets};
-use pellucid_hw::machine::{Arithmetic, Cycles};
-use pellucid_hw::params::Value;
-use pellucid_sim::Figures;
+use pellucid_machine::Arithmetic;
+use pellucid_machine::params::Value;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
@@ -74,9 +73,9 @@ impl Compared {
         let Some(first) = self.trials.first().map(|trial| &trial.report) else { return figures };
         let reports = || self.trials.iter().map(|trial| &trial.report);
         if reports().all(|report| report.arch() == first.arch()) {
-            let all = Cycles::default().figures();
+            let phases = first.tally().cycles.figures();
             let own = first.entries().iter().filter(|entry| match entry.group {
-                "cycles" => all.iter().all(|figure| figure.name != entry.name),
+                "cycles" => phases.iter().all(|figure| figure.name != entry.name),
                 group => group == first.arch(),
             });
             let names = own.map(|entry| (entry.group, entry.name));
@@ -137,7 +136,7 @@ impl Comparison {
     /// What is right, in a sentence; nothing if a run has a fault.
     pub fn approval(&self) -> Option<&'static str> {
         let verdicts = || self.runs().map(|(_, _, trial)| &trial.verdict);
-        let blends = verdicts().all(|verdict| verdict.arithmetic == Arithmetic::Blend);
+        let blends = verdicts().all(|verdict| verdict.arithmetic == Arithmetic::BLEND);
         verdicts().all(Verdict::is_right).then_some(if blends {
             "Every image equals the golden model's, bit for bit, and every count its closed form."
         } else {
@@ -181,7 +180,7 @@ impl Comparison {
         let figures = scene.figures();
         let runs = self.machines.iter().zip(&scene.trials).map(|(machine, trial)| {
             let mut run = trial.report.labels();
-            run.remove("scene");
+            run.shift_remove("scene");
             run.insert("machine".into(), json!(machine));
             let compared = |e: &&Entry| figures.contains(&(e.group, e.name));
             about.append(&mut nest(trial.report.entries().iter().filter(compared), &mut run));
@@ -233,7 +232,7 @@ impl Comparison {
         for scene in &self.scenes {
             table.add_row([format!("SCENE {}", scene.case.scene)]);
             for Row { figure, values } in scene.rows() {
-                let mut row = vec![format!("  {}", figure.key()), figure.unit.to_string()];
+                let mut row = vec![format!("  {}", figure.full_label()), figure.unit.to_string()];
                 row.extend(values.into_iter().skip(from).take(machines).map(grouped));
                 table.add_row(row);
             }
@@ -261,20 +260,19 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arch::Architecture;
     use crate::progress::Progress;
     use crate::scene::Options;
     use crate::source::Source;
+    use pellucid_tbuffer::architecture::ARCHITECTURE;
 
     #[test]
     fn machines_that_do_not_fit_follow_below() {
         let options = Options { width: Some(8), height: Some(6), ..Options::default() };
         let mut progress = Progress::new("", None, true);
         let source = Source::open("glass", &options).unwrap();
-        let arch = Architecture::named("tbuffer").unwrap();
-        let machine = arch.build(source.screen(), None, &[]).unwrap();
+        let machine = ARCHITECTURE.build(source.screen(), None, &[]).unwrap();
         let case = Case::new("glass", source, &*machine, &mut progress).unwrap();
-        let run = |_| case.run(arch.name, &*machine, None, &mut progress).unwrap();
+        let run = |_| case.run(ARCHITECTURE.name, &*machine, None, &mut progress).unwrap();
         let trials: Vec<Trial> = (0..5).map(run).collect();
         let machines = (0..5).map(|k| format!("machine-{k}")).collect();
         let scenes = vec![Compared { case, trials }];

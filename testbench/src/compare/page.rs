@@ -26,12 +26,15 @@ body { font-family: sans-serif; line-height: 1.4; margin: 2em auto; max-width: 7
 table { border-collapse: collapse; }
 th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
-th.machine { max-width: 14em; overflow-wrap: break-word; text-align: right; }
+.name { white-space: nowrap; }
+th.machine { text-align: right; }
 td small { color: #555; display: block; max-width: 26em; }
 tr.scene th { border-bottom: 1px solid #888; padding-top: 1em; }
-pre { background: #eee; overflow-x: auto; padding: 0.5em; }
+#figures tr:first-child th { background: white; position: sticky; top: 0; z-index: 1; }
+#figures td:first-child { background: white; left: 0; min-width: 16em; position: sticky; }
+pre { background: #eee; overflow-wrap: break-word; padding: 0.5em; white-space: pre-wrap; }
 figure { margin: 1.5em 0; overflow-x: auto; }
-.wide { overflow-x: auto; }
+.wide { left: 50%; max-height: 90vh; max-width: 96vw; overflow: auto; position: relative; transform: translateX(-50%); width: max-content; }
 .plots { display: flex; flex-wrap: wrap; gap: 0 1em; }
 .plots figure { margin: 0.5em 0; width: 34em; }
 .plots svg { height: auto; width: 100%; }
@@ -78,6 +81,11 @@ fn sample(rgb: u32, meaning: &str) -> String {
         "<span class=\"sample\"><span class=\"colour\" style=\"background: #{rgb:06x}\"></span> {}</span>\n",
         escaped(meaning)
     )
+}
+
+/// A machine's name, a setting a line.
+fn name(machine: &str) -> String {
+    format!("<span class=\"name\">{}</span>", escaped(machine).replace(',', ",<br/>"))
 }
 
 /// The page.
@@ -127,17 +135,15 @@ fn machines(comparison: &Comparison) -> String {
     for (machine, trial) in comparison.machines.iter().zip(trials.into_iter().flatten()) {
         let values = trial.report.config().iter().map(|(name, value)| format!("{name}={value}"));
         let values = values.collect::<Vec<_>>().join(", ");
-        text += &format!("<tr><td>{}</td><td>{}</td></tr>\n", escaped(machine), escaped(&values));
+        text += &format!("<tr><td>{}</td><td>{}</td></tr>\n", name(machine), escaped(&values));
     }
     text + "</table>\n"
 }
 
 /// All figures.
 fn table(comparison: &Comparison) -> String {
-    let heads = comparison
-        .machines
-        .iter()
-        .map(|name| format!("<th class=\"machine\">{}</th>", escaped(name)));
+    let heads = comparison.machines.iter();
+    let heads = heads.map(|machine| format!("<th class=\"machine\">{}</th>", name(machine)));
     let heads: String = heads.collect();
     let mut text = format!(
         "<h2>Figures</h2>\n<div class=\"wide\">\n<table id=\"figures\">\n\
@@ -147,16 +153,29 @@ fn table(comparison: &Comparison) -> String {
     for (k, scene) in comparison.scenes.iter().enumerate() {
         let name = escaped(&scene.case.scene);
         text += &format!("<tr class=\"scene\"><th colspan=\"{columns}\">{name}</th></tr>\n");
-        for Row { figure, values } in scene.rows() {
-            let cell = |value| format!("<td class=\"number\">{}</td>", grouped(value));
-            let cells: String = values.into_iter().map(cell).collect();
-            let (key, unit, about) = (figure.key(), figure.unit, escaped(figure.about));
-            // What it means is told once.
+        // What it means is told once.
+        let line = |Row { figure, values }: &Row, shown: usize| {
+            let cell = |value: &&Json| format!("<td class=\"number\">{}</td>", grouped(value));
+            let cells: String = values.iter().take(shown).map(cell).collect();
+            let (label, unit, about) = (figure.full_label(), figure.unit, escaped(figure.about));
             let meaning = match k {
                 0 => format!("<small>in {unit}. {about}</small>"),
                 _ => String::new(),
             };
-            text += &format!("<tr><td>{key}{meaning}</td>{cells}</tr>\n");
+            format!("<tr><td>{label}{meaning}</td>{cells}</tr>\n")
+        };
+        let all = scene.rows();
+        let is_equal =
+            |row: &&Row| row.values.len() > 1 && row.values.windows(2).all(|v| v[0] == v[1]);
+        let (equal, others): (Vec<&Row>, Vec<&Row>) = all.iter().partition(is_equal);
+        others.into_iter().for_each(|row| text += &line(row, row.values.len()));
+        if !equal.is_empty() {
+            let lines: String = equal.iter().map(|row| line(row, 1)).collect();
+            text += &format!(
+                "<tr><td colspan=\"{columns}\"><details>\n<summary>{} figures are the same for all \
+                 machines</summary>\n<table>\n{lines}</table>\n</details></td></tr>\n",
+                equal.len()
+            );
         }
     }
     text + "</table>\n</div>\n"
@@ -174,6 +193,7 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
     }
     text += "</p>\n<div class=\"plots\">\n";
     let names: Vec<&str> = comparison.scenes.iter().map(|scene| &*scene.case.scene).collect();
+    let names = plots::short(&names);
     for (group, name) in PLOTTED {
         let rows = comparison.scenes.iter().filter_map(|scene| scene.row(group, name));
         let rows: Vec<Row> = rows.collect();
@@ -182,7 +202,8 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
         let values: Vec<Vec<f64>> =
             rows.iter().map(|row| row.values.iter().map(number).collect()).collect();
         let svg = plots::groups(&names, &values, figure.unit)?;
-        text += &plot(&svg, &format!("{}, in {}. {}", figure.key(), figure.unit, figure.about));
+        let caption = format!("{}, in {}. {}", figure.full_label(), figure.unit, figure.about);
+        text += &plot(&svg, &caption);
     }
     Ok(text + "</div>\n")
 }
@@ -270,7 +291,15 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
     }
     for (machine, trial) in different {
         let pixels = number(differ(trial));
-        let caption = format!("The image by {machine}: {pixels} pixels differ.");
+        let own = trial.report.figure("image", "mismatched_pixels").and_then(|e| e.value.as_u64());
+        let caption = match own {
+            Some(own) if own != differ(trial) => format!(
+                "The image by {machine}: {} pixels differ from the exact blend of the fragments as this machine makes or \
+                 orders them; {pixels} from the image above.",
+                number(own)
+            ),
+            _ => format!("The image by {machine}: {pixels} pixels differ."),
+        };
         text += &figure(&trial.images[0], &caption)?;
     }
     let caption =

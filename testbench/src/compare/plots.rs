@@ -5,9 +5,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use serde_json::json;
 use std::io;
+use std::path::Path;
 
-/// Colours of machines, told apart by those who see few colours too: M. Okabe and K. Ito, 2008. After
-/// the last the first comes again.
+/// Colours of the first machines, told apart by those who see few colours too: M. Okabe and K. Ito, 2008.
 const COLOURS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xe6, 0x9f, 0x00),
@@ -25,8 +25,12 @@ const HEIGHT: u32 = 320;
 const WIDTH: u32 = 640;
 /// Width of the numbers beside a plot in pixels.
 const MARGIN: u32 = 110;
-/// Width of a group of bars in pixels, if there are many of them.
+/// Least width of a group of bars in pixels, if there are many of them.
 const GROUP: u32 = 110;
+/// Width of a letter below a group in pixels, and some room between labels.
+const LETTER: u32 = 9;
+/// The scale is logarithmic where the highest bar would be more than so many times the lowest.
+const FLATTENED: f64 = 20.0;
 /// What bars take of their group's width.
 const FILLED: f64 = 0.8;
 
@@ -34,7 +38,12 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// The colour of machine `k`.
 pub(super) fn colour(k: usize) -> RGBColor {
-    COLOURS[k % COLOURS.len()]
+    COLOURS.get(k).copied().unwrap_or_else(|| {
+        // Hues by the golden section lie well apart, however many there are.
+        let hue = (k as f64 * 0.618_034).fract();
+        let (r, g, b) = HSLColor(hue, 0.55, if k.is_multiple_of(2) { 0.35 } else { 0.65 }).rgb();
+        RGBColor(r, g, b)
+    })
 }
 
 /// A bar: where it begins and ends along the axis, its height and its colour.
@@ -49,11 +58,23 @@ fn draw(
     (along, up): (&str, &str),
 ) -> Result<(), Box<dyn std::error::Error>> {
     let highest = bars.iter().map(|bar| bar.2).fold(1.0, f64::max);
+    let lowest =
+        bars.iter().map(|bar| bar.2).filter(|height| *height >= 1.0).fold(highest, f64::min);
+    let logarithmic = highest > FLATTENED * lowest;
+    // A logarithmic scale begins at a power of ten that is below all bars.
+    let (foot, top) = if logarithmic {
+        ((lowest.log10() - 0.3).floor().max(0.0), highest.log10() + 0.05)
+    } else {
+        (0.0, highest * 1.05)
+    };
+    let height = |value: f64| if logarithmic { value.max(1.0).log10().max(foot) } else { value };
+    let value = |y: usize| if logarithmic { 10_u64.pow(y as u32) } else { y as u64 };
+    let up = if logarithmic { format!("{up}, logarithmic") } else { up.to_string() };
     let mut chart = ChartBuilder::on(area)
         .margin(10)
         .x_label_area_size(45)
         .y_label_area_size(MARGIN)
-        .build_cartesian_2d(from..to, 0.0..highest * 1.05)?;
+        .build_cartesian_2d(from..to, foot..top)?;
     chart
         .configure_mesh()
         .disable_x_mesh()
@@ -61,13 +82,13 @@ fn draw(
         .x_labels(labels)
         .x_label_formatter(&|x| whole(*x).map_or(String::new(), label))
         .y_labels(6)
-        .y_label_formatter(&|y| whole(*y).map_or(String::new(), |y| grouped(&json!(y))))
+        .y_label_formatter(&|y| whole(*y).map_or(String::new(), |y| grouped(&json!(value(y)))))
         .label_style(("sans-serif", 14))
         .x_desc(along)
         .y_desc(up)
         .draw()?;
-    let bars = bars.iter().map(|(left, right, height, colour)| {
-        Rectangle::new([(*left, 0.0), (*right, *height)], colour.filled())
+    let bars = bars.iter().map(|(left, right, value, colour)| {
+        Rectangle::new([(*left, foot), (*right, height(*value))], colour.filled())
     });
     chart.draw_series(bars)?;
     area.present()?;
@@ -92,6 +113,13 @@ fn svg(
     Ok(text.replacen(r#" xmlns="http://www.w3.org/2000/svg""#, "", 1))
 }
 
+/// Names of scenes for labels: of a file its name without its folders, unless two have the same.
+pub(super) fn short<'a>(names: &[&'a str]) -> Vec<&'a str> {
+    let file = |name: &'a str| Path::new(name).file_name().and_then(|f| f.to_str()).unwrap_or(name);
+    let alone = |name: &'a str| names.iter().filter(|other| file(other) == file(name)).count() == 1;
+    names.iter().map(|name| if alone(name) { file(name) } else { name }).collect()
+}
+
 /// A group of bars for each of `names`: `values[k]` are those of group `k`, a bar each, in the machines'
 /// colours.
 ///
@@ -110,7 +138,9 @@ pub(super) fn groups(names: &[&str], values: &[Vec<f64>], unit: &str) -> io::Res
     let count = names.len() as u32;
     let ends = (-0.5, f64::from(count) - 0.5);
     let label = |k: usize| names.get(k).map_or_else(String::new, |name| name.to_string());
-    svg(WIDTH.max(MARGIN + GROUP * count), |area| {
+    let longest = names.iter().map(|name| name.chars().count() as u32).max().unwrap_or(0);
+    let group = GROUP.max(LETTER * (longest + 2));
+    svg(WIDTH.max(MARGIN + group * count), |area| {
         draw(area, ends, &bars, (2 * names.len() + 1, &label), ("", unit))
     })
 }
@@ -170,4 +200,61 @@ pub(super) fn lines(
         area.present()?;
         Ok(())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_machine_has_a_colour_of_its_own() {
+        let all: Vec<(u8, u8, u8)> = (0..60).map(|k| colour(k).rgb()).collect();
+        for (k, one) in all.iter().enumerate() {
+            assert_eq!(all.iter().position(|other| other == one), Some(k));
+        }
+    }
+
+    #[test]
+    fn a_file_is_labelled_by_its_name_unless_two_have_the_same() {
+        let names = ["glass", "/far/away/dragon.ply", "a/b.obj", "c/b.obj"];
+        assert_eq!(short(&names), ["glass", "dragon.ply", "a/b.obj", "c/b.obj"]);
+    }
+
+    /// Heights of a plot's bars in pixels, in their order, and its text.
+    fn heights(values: &[f64]) -> (Vec<f64>, String) {
+        let text = groups(&["glass"], &[values.to_vec()], "words").unwrap();
+        let bars = text.split("<rect ").skip(1).map(|bar| {
+            let (_, height) = bar.split_once("height=\"").unwrap();
+            height.split('"').next().unwrap().parse().unwrap()
+        });
+        (bars.collect(), text)
+    }
+
+    #[test]
+    fn a_machine_that_is_far_above_the_others_does_not_flatten_them() {
+        let (linear, text) = heights(&[100.0, 2000.0]);
+        assert!(!text.contains("logarithmic"));
+        assert!((linear[1] / linear[0] - 20.0).abs() < 2.0, "{linear:?}");
+        // From 10 on: one, two and five powers of ten.
+        let (bars, text) = heights(&[100.0, 1000.0, 1_000_000.0]);
+        assert!(text.contains("words, logarithmic") && text.contains("1,000,000"), "{text}");
+        assert!((bars[1] / bars[0] - 2.0).abs() < 0.1, "{bars:?}");
+        assert!((bars[2] / bars[0] - 5.0).abs() < 0.2, "{bars:?}");
+    }
+
+    /// A letter is at most 9 pixels wide, so that labels of so many letters do not meet.
+    #[test]
+    fn labels_of_groups_have_room_beside_each_other() {
+        let name = "a-name-of-thirty-characters.ply";
+        let text = groups(&[name, name], &[vec![1.0], vec![2.0]], "words").unwrap();
+        let at: Vec<f64> = text
+            .split("<text ")
+            .filter(|label| label.contains(name))
+            .map(|label| {
+                let (_, x) = label.split_once("x=\"").unwrap();
+                x.split('"').next().unwrap().parse().unwrap()
+            })
+            .collect();
+        assert!(at[1] - at[0] > 8.0 * name.len() as f64, "{at:?}");
+    }
 }

@@ -3,8 +3,8 @@
 //! As all of the golden model it shares no line with the hardware, which goes from row to row and from pixel to pixel by
 //! adding. Here each row's columns are a quotient, and each pixel's depth and colour a product with its place.
 
-use pellucid_hw::pixel::{Fragment, Z_FAR};
-use pellucid_hw::primitive::{
+use pellucid_machine::pixel::{Fragment, Z_FAR};
+use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, FRACTION_BITS, MOST_TRANSPARENT, Primitive,
     Side, Z_PLANE_BITS,
 };
@@ -51,7 +51,7 @@ pub(crate) fn fragment(primitive: &Primitive, x: u32, y: u32) -> Fragment {
     let channel = |of: fn(&Attributes) -> i64, most: u32| {
         plane(of, CHANNEL_PLANE_BITS).clamp(0, most.into()) as u8
     };
-    let z = plane(|at| at.z as i64, Z_PLANE_BITS).clamp(0, i64::from(Z_FAR) - 1) as u32;
+    let z = plane(|at| at.z as i64, Z_PLANE_BITS).clamp(0, Z_FAR.into()) as u32;
     let colour = [
         channel(|at| at.red.into(), 255),
         channel(|at| at.green.into(), 255),
@@ -61,7 +61,7 @@ pub(crate) fn fragment(primitive: &Primitive, x: u32, y: u32) -> Fragment {
     Fragment { x, y, z, rgba: u32::from_be_bytes(colour), label: Label::NONE }
 }
 
-/// All fragments of a primitive on a screen `width` pixels wide, row by row from left to right. Their depth is below
+/// All fragments of a primitive on a screen `width` pixels wide, row by row from left to right. Their depth is at most
 /// [`Z_FAR`]; their alpha is 255 if the primitive is opaque, and at most [`MOST_TRANSPARENT`] if it is not.
 pub fn fragments(primitive: &Primitive, width: u32) -> impl Iterator<Item = Fragment> {
     (primitive.row..=primitive.last_row).flat_map(move |row| {

@@ -1,5 +1,6 @@
 use super::*;
-use pellucid_hw::pixel::rgba;
+use pellucid_machine::pixel::rgba;
+use pellucid_mbuffer::golden::{WEIGHTED_SUM, colour as weighted};
 use pellucid_sim::Label;
 use proptest::prelude::*;
 
@@ -10,11 +11,7 @@ fn at(x: u32, z: u32, rgba: u32) -> Fragment {
 }
 
 fn run(info: Screen, fragments: &[Fragment]) -> Reference {
-    let mut golden = Golden::new(info);
-    for &fragment in fragments {
-        golden.push(fragment).unwrap();
-    }
-    golden.finish()
+    Golden::new(info).of(fragments).unwrap()
 }
 
 #[test]
@@ -135,12 +132,10 @@ fn alpha_zero_counts_as_a_layer_and_changes_no_colour() {
 fn many_layers_come_out_in_depth_order() {
     // 3 * 65536 layers, so that the chain crosses blocks; all but the nearest are invisible (alpha 0).
     // The nearest is white at alpha 51 over black: 51*255 / 255 = 51.
-    let mut golden = Golden::new(BLACK);
-    for z in 1..=3 * BLOCK as u32 {
-        golden.push(at(1, z, 0xffffff00)).unwrap();
-    }
-    golden.push(at(1, 0, rgba(255, 255, 255, 51))).unwrap();
-    let reference = golden.finish();
+    let mut fragments: Vec<Fragment> =
+        (1..=3 * BLOCK as u32).map(|z| at(1, z, 0xffffff00)).collect();
+    fragments.push(at(1, 0, rgba(255, 255, 255, 51)));
+    let reference = run(BLACK, &fragments);
     assert_eq!(reference.image.pixels, [0, 0x333333]);
     assert_eq!(reference.max_layers, 3 * 65536 + 1);
     assert_eq!(reference.layer_histogram.len(), 3 * 65536 + 2);
@@ -148,27 +143,66 @@ fn many_layers_come_out_in_depth_order() {
 
 #[test]
 fn a_fragment_outside_is_refused() {
-    let mut golden = Golden::new(BLACK);
-    golden.push(at(0, 1, 0xff)).unwrap();
+    let refused = |last| {
+        let done = Golden::new(BLACK).of(&[at(0, 1, 0xff), last]);
+        done.unwrap_err().to_string()
+    };
     assert_eq!(
-        golden.push(at(2, 1, 0xff)).unwrap_err().to_string(),
+        refused(at(2, 1, 0xff)),
         "fragment 2 at x=2 y=0 z=1 is outside the frame of 2x1 pixels and 24 bits of depth"
     );
-    assert!(golden.push(at(0, Z_FAR + 1, 0xff)).is_err());
+    assert!(refused(at(0, Z_FAR + 1, 0xff)).contains(" z=16777216 "));
 }
 
 #[test]
 fn more_records_than_indices_are_refused() {
-    let mut golden = Golden::new(BLACK);
-    golden.limit = 2;
-    golden.push(at(0, 1, 0)).unwrap();
-    golden.push(at(0, 1, 0)).unwrap();
+    let limited = || Golden { limit: 2, ..Golden::new(BLACK) };
+    let full = [at(0, 1, 0), at(0, 1, 0), at(1, 1, 0), at(0, 0, 0xff)];
+    assert_eq!(limited().of(&full).unwrap().fragments, 4);
     assert_eq!(
-        golden.push(at(0, 1, 0)).unwrap_err().to_string(),
-        "fragment 3 does not fit: the golden model holds 2 transparent fragments"
+        limited().of(&[at(0, 1, 0); 3]).unwrap_err().to_string(),
+        "fragment 3 does not fit: the golden model holds 2 transparent fragments of a pixel"
     );
-    golden.push(at(0, 0, 0xff)).unwrap();
-    assert_eq!(golden.finish().fragments, 3);
+}
+
+/// Bytes of all records that are held.
+fn held_bytes(golden: &Golden) -> usize {
+    golden.blocks.iter().map(|block| block.capacity() * size_of::<Record>()).sum()
+}
+
+/// Eight blocks of fragments, eight at each pixel, of which two blocks may be held. After the play that finds it out,
+/// the frame comes four times again.
+#[test]
+fn a_frame_of_more_than_is_held_is_played_again_within_the_same_memory() {
+    let info = Screen { width: BLOCK as u32, height: 1, background: 0x336699 };
+    let mut golden = Golden { most_held: 2 * BLOCK as u64, ..Golden::new(info) };
+    let fragments: Vec<Fragment> = (0..8 * BLOCK as u32)
+        .map(|n| at(n % info.width, n.wrapping_mul(0x9e37_79b9) >> 9, n.wrapping_mul(0x9e37_79b9)))
+        .collect();
+    let (mut plays, mut most) = (1, 0);
+    for fragment in &fragments {
+        golden.push(*fragment).unwrap();
+        most = most.max(held_bytes(&golden));
+    }
+    while golden.is_left() {
+        plays += 1;
+        for fragment in &fragments {
+            golden.push_again(*fragment);
+            most = most.max(held_bytes(&golden));
+        }
+    }
+    assert_eq!(most, 2 * BLOCK * 12);
+    assert_eq!(plays, 5);
+    assert!(golden.known == run(info, &fragments));
+}
+
+#[test]
+fn what_is_held_is_bounded_unless_a_pixel_has_more() {
+    assert_eq!(HELD * size_of::<Record>() as u64, 96 << 20);
+    assert_eq!(size_of::<Pixel>(), 16);
+    let fragments = [at(0, 3, 0x80), at(0, 2, 0x80), at(0, 1, 0x80), at(1, 1, 0x80)];
+    let golden = Golden { most_held: 1, ..Golden::new(BLACK) };
+    assert_eq!(golden.of(&fragments), Ok(run(BLACK, &fragments)));
 }
 
 /// The rules read literally: for each pixel, search the whole frame for the next fragment to blend.
@@ -243,6 +277,17 @@ proptest! {
     }
 
     #[test]
+    fn how_much_is_held_does_not_matter(
+        fragments in prop::collection::vec(any_fragment(), 0..80),
+        most_held in 0..60_u64,
+    ) {
+        let info = Screen { width: 3, height: 2, background: 0x336699 };
+        let all = Golden::new(info).with(WEIGHTED_SUM);
+        let few = Golden { most_held, ..Golden::new(info).with(WEIGHTED_SUM) };
+        prop_assert_eq!(few.of(&fragments), all.of(&fragments));
+    }
+
+    #[test]
     fn what_is_stored_is_what_an_early_test_lets_through(
         fragments in prop::collection::vec(any_fragment(), 0..80),
     ) {
@@ -282,15 +327,11 @@ proptest! {
         background in 0..1_u32 << 24,
     ) {
         let info = Screen { width: 3, height: 2, background };
-        let mut golden = Golden::new(info).with(Arithmetic::Weights);
-        for &fragment in &fragments {
-            golden.push(fragment).unwrap();
-        }
-        let reference = golden.finish();
+        let reference = Golden::new(info).with(WEIGHTED_SUM).of(&fragments).unwrap();
         let plain = run(info, &fragments);
-        prop_assert_eq!(reference.image_by(Arithmetic::Blend), plain.image_by(Arithmetic::Blend));
-        prop_assert_eq!(&Reference { weighted: None, ..reference.clone() }, &plain);
-        let image = reference.image_by(Arithmetic::Weights);
+        prop_assert_eq!(reference.image_by(Arithmetic::BLEND), plain.image_by(Arithmetic::BLEND));
+        prop_assert_eq!(&Reference { further: vec![], ..reference.clone() }, &plain);
+        let image = reference.image_by(WEIGHTED_SUM);
         for (pixel, &colour) in image.pixels.iter().enumerate() {
             let (x, y) = (pixel as u32 % 3, pixel as u32 / 3);
             let here: Vec<&Fragment> = fragments.iter().filter(|f| (f.x, f.y) == (x, y)).collect();
@@ -300,15 +341,15 @@ proptest! {
             let layers: Vec<Layer> = here
                 .iter()
                 .filter(|f| !f.is_opaque() && f.z < depth)
-                .map(|f| Layer { pixel: 0, z: f.z, rgba: f.rgba })
+                .map(|f| Layer { z: f.z, rgba: f.rgba })
                 .collect();
-            prop_assert_eq!(colour, weights::colour(&layers, below));
+            prop_assert_eq!(colour, weighted(&layers, below));
         }
     }
 }
 
 #[test]
-#[should_panic = "without weights"]
+#[should_panic = "without Arithmetic(weighted sum)"]
 fn a_weighted_image_that_was_not_asked_for_is_not_there() {
-    run(BLACK, &[]).image_by(Arithmetic::Weights);
+    run(BLACK, &[]).image_by(WEIGHTED_SUM);
 }

@@ -2,7 +2,7 @@
 //!
 //! Until it is complete it has a name of its own, `wave.partial.vcd` for `wave.vcd`: what stands under the
 //! final name is whole. A full disk or a signal leaves it there, cut at the last flush after which it can be
-//! opened; only a frame that cannot be read removes it.
+//! opened, with what belongs beside it; only a frame that cannot be read removes it.
 
 use super::{OutputError, reason, target};
 use std::fs::{self, File};
@@ -10,16 +10,25 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The files that are being written.
-static GROWING: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// A file that is being written.
+struct Growing {
+    partial: PathBuf,
+    /// Writes what belongs beside it, told where it is.
+    beside: Box<dyn Fn(&Path) + Send>,
+}
 
-fn growing() -> MutexGuard<'static, Vec<PathBuf>> {
+/// The files that are being written.
+static GROWING: Mutex<Vec<Growing>> = Mutex::new(Vec::new());
+
+fn growing() -> MutexGuard<'static, Vec<Growing>> {
     GROWING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The files that would be left if the process ended now.
-pub fn left_behind() -> Vec<PathBuf> {
-    growing().clone()
+/// The files that are left as the process ends now. What belongs beside them is written.
+pub fn leave_behind() -> Vec<PathBuf> {
+    let left = growing();
+    left.iter().for_each(|Growing { partial, beside }| beside(partial));
+    left.iter().map(|growing| growing.partial.clone()).collect()
 }
 
 /// Where a file of that path grows.
@@ -68,11 +77,26 @@ pub fn create(path: &Path) -> Result<(PartialFile, PartialName), OutputError> {
         Ok((file, grows))
     });
     let (file, grows) = begun.map_err(|error| OutputError::write(path, &error))?;
-    growing().extend(grows.as_ref().map(|grows| grows.partial.clone()));
+    growing().extend(grows.as_ref().map(|Grows { partial, .. }| {
+        let beside = |_: &Path| ();
+        Growing { partial: partial.clone(), beside: Box::new(beside) }
+    }));
     Ok((PartialFile { file, flushed: 0 }, PartialName { path: path.to_owned(), grows }))
 }
 
 impl PartialName {
+    /// What is to be written beside the file if it stays as it is: `beside` is told where the file is.
+    pub fn set_beside(&self, beside: impl Fn(&Path) + Send + 'static) {
+        if let Some(growing) = growing().iter_mut().find(|growing| self.is(growing)) {
+            growing.beside = Box::new(beside);
+        }
+    }
+
+    /// Where the file is until then; nothing if it is written in its place.
+    pub fn partial(&self) -> Option<&Path> {
+        self.grows.as_ref().map(|grows| &*grows.partial)
+    }
+
     /// The file is complete: it takes its name. Its writer must have been dropped.
     ///
     /// # Errors
@@ -81,9 +105,16 @@ impl PartialName {
         match &self.grows {
             None => Ok(()),
             Some(Grows { partial, to }) => {
+                // A signal finds it under one name or the other.
+                let mut growing = growing();
+                growing.retain(|growing| !self.is(growing));
                 fs::rename(partial, to).map_err(|e| OutputError::write(&self.path, &e))
             }
         }
+    }
+
+    fn is(&self, growing: &Growing) -> bool {
+        self.grows.as_ref().is_some_and(|grows| grows.partial == growing.partial)
     }
 
     /// The file is of no use: it is removed.
@@ -93,22 +124,30 @@ impl PartialName {
         }
     }
 
-    /// The error of writing it: tells where what was written is.
-    pub fn error(&self, error: &io::Error) -> OutputError {
+    /// The error of writing it, which tells where what was written is. What belongs beside that is written; its writer
+    /// must have been dropped.
+    pub fn leave(self, error: &io::Error) -> OutputError {
         match &self.grows {
             None => OutputError::write(&self.path, error),
-            Some(Grows { partial, .. }) => OutputError::Partial {
-                path: self.path.clone(),
-                reason: reason(error),
-                partial: partial.clone(),
-            },
+            Some(Grows { partial, .. }) => {
+                let growing = growing();
+                if let Some(growing) = growing.iter().find(|growing| self.is(growing)) {
+                    (growing.beside)(partial);
+                }
+                drop(growing);
+                OutputError::Partial {
+                    path: self.path.clone(),
+                    reason: reason(error),
+                    partial: partial.clone(),
+                }
+            }
         }
     }
 }
 
 impl Drop for PartialName {
     fn drop(&mut self) {
-        growing().retain(|path| self.grows.as_ref().is_none_or(|grows| grows.partial != *path));
+        growing().retain(|growing| !self.is(growing));
     }
 }
 

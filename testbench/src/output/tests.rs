@@ -119,6 +119,22 @@ fn folders_are_made_with_those_above_them() {
 }
 
 #[test]
+fn a_folder_is_claimed_by_one_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out");
+    let first = OutputFolder::claim(&path).unwrap();
+    let second = OutputFolder::claim(&path);
+    assert_eq!(
+        second.unwrap_err().to_string(),
+        format!("cannot use `{}` as output folder: another run is writing into it", path.display())
+    );
+    assert!(OutputFolder::claim(folder.path()).is_ok(), "the folder above is another one");
+    drop(first);
+    OutputFolder::claim(&path).unwrap();
+    assert!(names(&path).is_empty(), "nothing is left of it");
+}
+
+#[test]
 fn a_file_is_no_output_folder() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out");

@@ -9,7 +9,7 @@ pub(crate) fn csv_text(text: &str) -> String {
 }
 
 /// A table's lines with the names of groups at the margin, a blank line before each but the first.
-pub(crate) fn at_margin(lines: &str) -> String {
+pub fn at_margin(lines: &str) -> String {
     let mut text = String::new();
     for line in lines.lines().map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end()) {
         if !text.is_empty() && !line.starts_with(' ') {
@@ -21,7 +21,7 @@ pub(crate) fn at_margin(lines: &str) -> String {
 }
 
 /// The figures of these columns stand at the right.
-pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
+pub fn align_right(table: &mut Table, columns: &[usize]) {
     for column in columns {
         if let Some(column) = table.column_mut(*column) {
             column.set_cell_alignment(CellAlignment::Right);
@@ -30,7 +30,7 @@ pub(crate) fn align_right(table: &mut Table, columns: &[usize]) {
 }
 
 /// `1234567` as `1,234,567`; anything else as it is.
-pub(crate) fn grouped(value: &Json) -> String {
+pub fn grouped(value: &Json) -> String {
     let Some(number) = value.as_u64() else { return value.to_string() };
     let digits = number.to_string();
     let mut text = String::new();

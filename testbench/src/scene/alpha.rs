@@ -2,7 +2,7 @@
 
 use super::SceneError;
 use super::geometry::Part;
-use pellucid_hw::params::nearest;
+use pellucid_machine::params::nearest;
 use std::fmt;
 use std::str::FromStr;
 

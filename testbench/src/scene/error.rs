@@ -1,7 +1,7 @@
 //! What can be wrong with a scene, each as one sentence.
 
 use crate::output::reason;
-use pellucid_hw::params::did_you_mean;
+use pellucid_machine::params::did_you_mean;
 use std::io;
 
 /// Why a scene cannot be opened.

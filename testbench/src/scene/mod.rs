@@ -28,8 +28,8 @@ pub use set_up::point;
 use built_in::paper::{Frame, Paper};
 use built_in::smoke::Smoke;
 use geometry::Part;
-use pellucid_hw::pixel::{Fragment, MAX_SIDE, Screen};
-use pellucid_hw::primitive::Primitive;
+use pellucid_machine::pixel::{Fragment, MAX_SIDE, Screen};
+use pellucid_machine::primitive::Primitive;
 use shade::{Projected, Surface};
 use std::sync::Arc;
 
@@ -140,7 +140,7 @@ impl Scene {
     }
 
     /// Plays the frame in arrival order, the same fragments at every call; all of them lie on the screen with a depth
-    /// below [`pellucid_hw::pixel::Z_FAR`].
+    /// below [`pellucid_machine::pixel::Z_FAR`].
     ///
     /// # Errors
     ///

@@ -9,8 +9,8 @@ use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
 use super::set_up::set_up;
 use glam::{DVec4, Vec4};
-use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
-use pellucid_hw::primitive::Primitive;
+use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_machine::primitive::Primitive;
 use pellucid_sim::Label;
 
 /// Fraction bits of a screen coordinate.

@@ -1,13 +1,14 @@
-//! Set-up: triangles on the screen as engines take them, see [`pellucid_hw::primitive`].
+//! Set-up: triangles on the screen as engines take them, see [`pellucid_machine::primitive`].
 //!
 //! An engine's arithmetic is in whole numbers, and so is all of this: a triangle has the same pixels as when the
 //! rasteriser draws it. Depth and colour are linear over it, rounded to 2^-16 in its corners and in what they gain from
-//! pixel to pixel. Colour is so without perspective, which shows on triangles that are large and steep.
+//! pixel to pixel. Colour is so without perspective, which shows on triangles that are large and steep. No corner lies
+//! at the far plane, where it could not be seen.
 
 use super::raster::{Corner, PIXEL, Placed, centre, cross, owns_its_points};
 use glam::DVec4;
-use pellucid_hw::pixel::{Fragment, Z_FAR};
-use pellucid_hw::primitive::{
+use pellucid_machine::pixel::{Fragment, Z_FAR};
+use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, FRACTION_BITS, Primitive, Side, Z_PLANE_BITS,
 };
 use pellucid_sim::Label;
@@ -16,6 +17,8 @@ use pellucid_sim::Label;
 const ONE: f64 = (1u32 << FRACTION_BITS) as f64;
 /// Half of it: what comes before the point is rounded down.
 const HALF: i128 = 1 << (FRACTION_BITS - 1);
+/// The most depth of a corner. Over the sides of the largest screen, what is rounded adds up to 1/8 at most.
+const DEEPEST: f64 = Z_FAR as f64 - 0.5;
 /// The least alpha that is rounded to 255.
 const OPAQUE: f64 = 254.5;
 
@@ -43,7 +46,7 @@ fn colour(corner: &Corner) -> DVec4 {
 }
 
 fn channels(corner: &Corner) -> Channels {
-    let z = (corner.z.clamp(0.0, 1.0) * f64::from(Z_FAR) * ONE).round() as i128;
+    let z = ((corner.z * f64::from(Z_FAR)).clamp(0.0, DEEPEST) * ONE).round() as i128;
     let [red, green, blue, alpha] =
         colour(corner).to_array().map(|c| (c * ONE).round() as i128 + HALF);
     [z, red, green, blue, alpha]

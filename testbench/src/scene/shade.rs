@@ -9,8 +9,8 @@ use super::clip::Vertex;
 use super::geometry::Part;
 use super::raster::Raster;
 use glam::{Vec3, Vec4};
-use pellucid_hw::pixel::Fragment;
-use pellucid_hw::primitive::Primitive;
+use pellucid_machine::pixel::Fragment;
+use pellucid_machine::primitive::Primitive;
 use std::sync::Arc;
 
 /// Direction of the key light in the camera's right, up and back axes.

@@ -1,7 +1,7 @@
 //! What holds for every scene: options and their messages, fragments on the screen, the same ones at every play.
 
 use super::*;
-use pellucid_hw::pixel::Z_FAR;
+use pellucid_machine::pixel::Z_FAR;
 use std::convert::Infallible;
 use std::path::Path;
 use std::time::Instant;

@@ -1,7 +1,8 @@
 use super::*;
 use crate::golden::Golden;
-use pellucid_hw::machine::Fragments;
-use pellucid_hw::pixel::{Fragment, Screen, rgba};
+use pellucid_machine::Fragments;
+use pellucid_machine::pixel::{Fragment, Screen, rgba};
+use pellucid_mbuffer::golden::WEIGHTED_SUM;
 use pellucid_sim::Label;
 
 const SCREEN: Screen = Screen { width: 3, height: 2, background: 0 };
@@ -11,16 +12,13 @@ const AT: usize = 1;
 
 /// Two layers at one pixel, one at another, nothing at the others.
 fn reference() -> Reference {
-    let mut golden = Golden::new(SCREEN).with(Arithmetic::Weights);
     let (x, y) = APART;
-    for fragment in [
+    let fragments = [
         Fragment { x, y, z: 20, rgba: rgba(1, 1, 1, 128), label: Label::NONE },
         Fragment { x, y, z: 10, rgba: rgba(0, 0, 0, 2), label: Label::NONE },
         Fragment { x: 0, y: 1, z: 5, rgba: rgba(200, 100, 0, 128), label: Label::NONE },
-    ] {
-        golden.push(fragment).unwrap();
-    }
-    golden.finish()
+    ];
+    Golden::new(SCREEN).with(WEIGHTED_SUM).of(&fragments).unwrap()
 }
 
 fn tally(dropped: u64) -> Tally {
@@ -37,7 +35,7 @@ fn judged(arithmetic: Arithmetic, image: &Image, dropped: u64) -> Verdict {
 #[test]
 fn each_arithmetic_is_held_to_its_own_image() {
     let reference = reference();
-    let blend = judged(Arithmetic::Blend, reference.image_by(Arithmetic::Blend), 0);
+    let blend = judged(Arithmetic::BLEND, reference.image_by(Arithmetic::BLEND), 0);
     assert!(blend.is_right() && blend.is_right_but_for_drops());
     assert_eq!(blend.faults(), [""; 0]);
     assert_eq!(blend.error_bound, 0);
@@ -45,7 +43,7 @@ fn each_arithmetic_is_held_to_its_own_image() {
         blend.approval().unwrap(),
         "The image equals the golden model's, bit for bit, and every count its closed form."
     );
-    let weights = judged(Arithmetic::Weights, reference.image_by(Arithmetic::Weights), 0);
+    let weights = judged(WEIGHTED_SUM, reference.image_by(WEIGHTED_SUM), 0);
     assert!(weights.is_right() && weights.is_right_but_for_drops());
     assert_eq!(weights.faults(), [""; 0]);
     assert_eq!(weights.image.mismatched_pixels, 1);
@@ -67,15 +65,15 @@ fn a_fault_is_told_with_its_frame() {
         Tally { fragments, ..Tally::default() }
     };
     let judged = |last: Arithmetic| {
-        let images = [Arithmetic::Blend, Arithmetic::Blend, last];
+        let images = [Arithmetic::BLEND, Arithmetic::BLEND, last];
         let image = Image::stacked(images.map(|arithmetic| frame.image_by(arithmetic)));
-        Verdict::new(&three, Arithmetic::Blend, &image, &tally(), vec![]).of_frames(3)
+        Verdict::new(&three, Arithmetic::BLEND, &image, &tally(), vec![]).of_frames(3)
     };
     assert_eq!(
-        judged(Arithmetic::Blend).approval().unwrap(),
+        judged(Arithmetic::BLEND).approval().unwrap(),
         "Each of the 3 images equals the golden model's, bit for bit, and every count its closed form."
     );
-    let wrong = judged(Arithmetic::Weights);
+    let wrong = judged(WEIGHTED_SUM);
     assert_eq!(
         wrong.faults(),
         ["1 pixels differ from the golden model, by 1 at most, the first at x=1 y=0 of frame 2"]
@@ -85,7 +83,7 @@ fn a_fault_is_told_with_its_frame() {
 
 #[test]
 fn the_exact_blend_is_a_fault_of_a_weighted_sum() {
-    let verdict = judged(Arithmetic::Weights, reference().image_by(Arithmetic::Blend), 0);
+    let verdict = judged(WEIGHTED_SUM, reference().image_by(Arithmetic::BLEND), 0);
     assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
     assert_eq!(verdict.approval(), None);
     assert_eq!(verdict.image, Difference::default());
@@ -99,7 +97,7 @@ fn the_exact_blend_is_a_fault_of_a_weighted_sum() {
 
 #[test]
 fn the_weighted_sum_is_a_fault_of_a_blend() {
-    let verdict = judged(Arithmetic::Blend, reference().image_by(Arithmetic::Weights), 0);
+    let verdict = judged(Arithmetic::BLEND, reference().image_by(WEIGHTED_SUM), 0);
     assert!(!verdict.is_right());
     assert_eq!(
         verdict.faults(),
@@ -110,9 +108,9 @@ fn the_weighted_sum_is_a_fault_of_a_blend() {
 #[test]
 fn a_pixel_beyond_its_bound_is_named() {
     // The weighted sum is 0, the exact blend 1, and 1 is allowed where two layers are.
-    let mut image = reference().image_by(Arithmetic::Weights).clone();
+    let mut image = reference().image_by(WEIGHTED_SUM).clone();
     image.pixels[AT] = 0x000003;
-    let verdict = judged(Arithmetic::Weights, &image, 0);
+    let verdict = judged(WEIGHTED_SUM, &image, 0);
     assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
     assert_eq!(
         verdict.faults(),
@@ -124,7 +122,7 @@ fn a_pixel_beyond_its_bound_is_named() {
     );
     // Within the bound it is wrong still.
     image.pixels[AT] = 0x000101;
-    let verdict = judged(Arithmetic::Weights, &image, 0);
+    let verdict = judged(WEIGHTED_SUM, &image, 0);
     assert!(!verdict.is_right());
     assert_eq!(verdict.beyond, Difference::default());
 }
@@ -132,10 +130,10 @@ fn a_pixel_beyond_its_bound_is_named() {
 #[test]
 fn where_there_is_one_layer_or_none_nothing_is_allowed() {
     for pixel in [2, 3] {
-        let mut image = reference().image_by(Arithmetic::Weights).clone();
+        let mut image = reference().image_by(WEIGHTED_SUM).clone();
         image.pixels[pixel] += 1;
         let first = Some((pixel as u32 % 3, pixel as u32 / 3));
-        let beyond = judged(Arithmetic::Weights, &image, 0).beyond;
+        let beyond = judged(WEIGHTED_SUM, &image, 0).beyond;
         assert_eq!(beyond, Difference { mismatched_pixels: 1, max_error: 1, first });
     }
 }
@@ -143,8 +141,8 @@ fn where_there_is_one_layer_or_none_nothing_is_allowed() {
 #[test]
 fn drops_excuse_the_image_alone() {
     for (arithmetic, how) in [
-        (Arithmetic::Blend, "differ from the golden model"),
-        (Arithmetic::Weights, "differ from the golden model of the weighted sum"),
+        (Arithmetic::BLEND, "differ from the golden model"),
+        (WEIGHTED_SUM, "differ from the golden model of the weighted sum"),
     ] {
         let mut image = reference().image_by(arithmetic).clone();
         image.pixels[AT] = 0x0000ff;
@@ -165,7 +163,7 @@ fn drops_excuse_the_image_alone() {
 #[test]
 fn wrong_counts_are_faults() {
     let form = Check { what: "words read", expected: 7, found: 8 };
-    let (reference, arithmetic) = (reference(), Arithmetic::Weights);
+    let (reference, arithmetic) = (reference(), WEIGHTED_SUM);
     let image = reference.image_by(arithmetic);
     let verdict = Verdict::new(&reference, arithmetic, image, &tally(0), vec![form]);
     assert!(!verdict.is_right() && !verdict.is_right_but_for_drops());
@@ -175,13 +173,13 @@ fn wrong_counts_are_faults() {
 #[test]
 fn what_is_wrong_has_a_place() {
     let reference = reference();
-    let right = reference.image_by(Arithmetic::Blend).clone();
-    assert_eq!(judged(Arithmetic::Blend, &right, 0).place(), None);
+    let right = reference.image_by(Arithmetic::BLEND).clone();
+    assert_eq!(judged(Arithmetic::BLEND, &right, 0).place(), None);
     let mut wrong = right.clone();
     wrong.pixels[AT] ^= 0x10;
     let (x, y) = APART;
     let pixel = Window::Pixel { x: x as u16, y: y as u16 };
-    assert_eq!(judged(Arithmetic::Blend, &wrong, 0).place(), Some(pixel));
+    assert_eq!(judged(Arithmetic::BLEND, &wrong, 0).place(), Some(pixel));
     let dropped = Window::Event { name: "dropped".into() };
-    assert_eq!(judged(Arithmetic::Blend, &wrong, 1).place(), Some(dropped));
+    assert_eq!(judged(Arithmetic::BLEND, &wrong, 1).place(), Some(dropped));
 }

@@ -17,13 +17,13 @@
 use std::io::Read;
 use std::path::Path;
 
-use pellucid_hw::pixel::Fragment;
+use pellucid_machine::pixel::Fragment;
 
 use super::csv_header;
 use super::error::TraceError;
 use super::fields;
 use super::window::Window;
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::pixel::Screen;
 
 /// The first bytes of a file; the last of them is the version.
 pub(super) const MAGIC: [u8; 8] = *b"\x89PTRACE\x01";

@@ -14,7 +14,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use pellucid_hw::pixel::Fragment;
+use pellucid_machine::pixel::Fragment;
 
 use super::binary::MAGIC;
 use super::csv_header;
@@ -22,7 +22,7 @@ use super::digits;
 use super::error::TraceError;
 use super::fields;
 use super::window::Window;
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::pixel::Screen;
 
 /// The line that names the columns.
 pub(super) const COLUMNS: &str = "x,y,z,r,g,b,a";

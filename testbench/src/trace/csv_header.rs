@@ -3,7 +3,7 @@
 use super::csv::quote;
 use super::digits;
 use super::fields;
-use pellucid_hw::pixel::{MAX_SIDE, Screen};
+use pellucid_machine::pixel::{MAX_SIDE, Screen};
 
 /// How the line starts.
 pub(super) const MARK: &str = "# pellucid-trace";

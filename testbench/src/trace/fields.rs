@@ -1,9 +1,9 @@
 //! The seven numbers of a fragment: their names, their order and their ranges, the same in both forms.
 
-use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_sim::Label;
 
-use pellucid_hw::pixel::{MAX_SIDE, Screen};
+use pellucid_machine::pixel::{MAX_SIDE, Screen};
 
 /// The fields in the order of both forms.
 pub(super) const NAMES: [&str; 7] = ["x", "y", "z", "r", "g", "b", "a"];

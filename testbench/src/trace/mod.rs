@@ -16,10 +16,10 @@ mod writer;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use pellucid_hw::pixel::Fragment;
+use pellucid_machine::pixel::Fragment;
 
 pub use error::TraceError;
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::pixel::Screen;
 pub use writer::TraceWriter;
 
 /// A trace file whose header has been checked.

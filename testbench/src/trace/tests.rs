@@ -1,5 +1,5 @@
 use super::*;
-use pellucid_hw::pixel::Z_FAR;
+use pellucid_machine::pixel::Z_FAR;
 use pellucid_sim::Label;
 use proptest::prelude::*;
 use std::fs;

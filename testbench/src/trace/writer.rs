@@ -3,12 +3,12 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use pellucid_hw::pixel::Fragment;
+use pellucid_machine::pixel::Fragment;
 
 use super::error::TraceError;
 use super::{Form, binary, csv, fields};
 use crate::output::{AtomicFile, OutputError};
-use pellucid_hw::pixel::Screen;
+use pellucid_machine::pixel::Screen;
 
 /// Bytes gathered before they go to the file.
 const GATHER_BYTES: usize = 1 << 16;

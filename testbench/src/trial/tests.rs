@@ -1,107 +1,101 @@
 use super::*;
-use crate::arch::Architecture;
-use crate::bench::Bench;
 use crate::scene::Options;
-use crate::stimulus::Stimulus;
-use pellucid_hw::allocator::FreeList;
-use pellucid_hw::machine::{Arithmetic, Check, Tally};
-use pellucid_hw::params::Value;
-use pellucid_hw::pixel::{Fragment, Marked};
-use pellucid_hw::primitive::Primitive;
-use pellucid_hw::tbuffer::TBuffer;
-use pellucid_hw::tbuffer::config::{Config, Params};
-use pellucid_sim::netlist::{Module, elaborate};
-use std::path::Path;
-use std::sync::Mutex;
-
-type Buffer = TBuffer<FreeList>;
+use pellucid_machine::params::Value;
+use pellucid_machine::pixel::Screen;
+use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Tally};
+use pellucid_mbuffer::architecture as mbuffer;
+use pellucid_sim::netlist::Module;
+use pellucid_tbuffer::architecture::ARCHITECTURE;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A T-buffer whose display takes nothing, if it is stuck.
 struct Broken {
-    cfg: Config,
+    model: Box<dyn Model>,
     stuck: bool,
-    /// It sees primitives.
+    /// It says that it takes primitives.
     primitives: bool,
-    /// The windows of each run.
-    runs: Mutex<Vec<Vec<Window>>>,
+    runs: AtomicUsize,
 }
 
-impl Runnable for Broken {
+impl Broken {
+    fn new(screen: Screen, stuck: bool, primitives: bool) -> Broken {
+        let model = ARCHITECTURE.build(screen, None, &[]).unwrap();
+        Broken { model, stuck, primitives, runs: AtomicUsize::new(0) }
+    }
+}
+
+impl Model for Broken {
     fn values(&self) -> Vec<(String, Value)> {
-        vec![]
+        self.model.values()
+    }
+    fn screen(&self) -> Screen {
+        self.model.screen()
+    }
+    fn kind(&self) -> Kind {
+        if self.primitives { Kind::Primitives } else { Kind::Fragments }
     }
     fn arithmetic(&self) -> Arithmetic {
-        Arithmetic::Blend
+        self.model.arithmetic()
     }
-    fn view(&self, source: &Source) -> Result<View, SourceError> {
-        if self.primitives {
-            View::new::<Primitive>(None, source)
-        } else {
-            View::new::<Fragment>(None, source)
-        }
+    fn phases(&self) -> &'static [PhaseInfo] {
+        self.model.phases()
     }
-    fn run(&self, job: Job) -> Result<Outcome, BenchError> {
-        let mut bench = Bench::<Buffer>::new(self.cfg);
+    fn replays(&self) -> bool {
+        self.model.replays()
+    }
+    fn dealer(&self) -> Option<Dealer> {
+        self.model.dealer()
+    }
+    fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
+        self.model.closed_forms(tally, frames)
+    }
+    fn power_up(&self) -> Box<dyn Dut> {
+        self.runs.fetch_add(1, Ordering::Relaxed);
+        let mut dut = self.model.power_up();
         if self.stuck {
-            bench.set_display(|_| false);
+            dut.set_display(Box::new(|_| false));
         }
-        let windows = job.wave.map(|wave| wave.windows.clone()).unwrap_or_default();
-        self.runs.lock().unwrap().push(windows);
-        if let Some(wave) = job.wave {
-            bench.record(wave, "machine")?;
-        }
-        let ((), wave) = bench.traced(|bench| {
-            job.source.play(&mut |fragment| bench.send(Marked::item(fragment)))?;
-            bench.end_frame()
-        })?;
-        let images = bench.take_images();
-        Ok(Outcome { images, tally: bench.tally(), wave })
+        dut
     }
     fn netlist(&self) -> Module {
-        elaborate::<Buffer>(&self.cfg)
-    }
-    fn record(&self, _: &Module, _: &Source, _: Stimulus, _: &Path) -> Result<u64, BenchError> {
-        Ok(0)
-    }
-    fn closed_forms(&self, _: &Tally, _: &[Census]) -> Vec<Check> {
-        vec![]
+        self.model.netlist()
     }
 }
 
-/// The outcome, the windows of each run, and the first marker of the waveform.
-fn trial(stuck: bool, wave: bool) -> (Result<Trial, BenchError>, Vec<Vec<Window>>, String) {
+/// The outcome, how often the machine was run, and the markers of the waveform.
+fn trial(stuck: bool, wave: bool) -> (Result<Trial, BenchError>, usize, Vec<String>) {
     let options = Options { width: Some(20), height: Some(15), ..Options::default() };
     let source = Source::open("glass", &options).unwrap();
-    let cfg = Config::new(source.screen(), Params::default()).unwrap();
-    let machine = Broken { cfg, stuck, primitives: false, runs: Mutex::default() };
+    let machine = Broken::new(source.screen(), stuck, false);
     let mut progress = Progress::new("", None, true);
     let case = Case::new("glass", source, &machine, &mut progress).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let job = WaveJob::new(&folder.path().join("wave.vcd"), &[Window::Cycles { from: 3, to: 5 }]);
     let trial = case.run("tbuffer", &machine, wave.then_some(&job), &mut progress);
     let save = std::fs::read_to_string(folder.path().join("wave.gtkw")).unwrap_or_default();
-    let marker = save.lines().find_map(|line| line.strip_prefix("[markername] A"));
-    let runs = machine.runs.into_inner().unwrap();
-    (trial, runs, marker.unwrap_or_default().to_string())
+    let markers = save.lines().filter_map(|line| line.strip_prefix("[markername] "));
+    // A letter, and blanks that move the name.
+    let markers = markers.map(|name| name[1..].trim_start().to_string());
+    (trial, machine.runs.into_inner(), markers.collect())
 }
 
 #[test]
 fn a_fault_is_played_again_for_its_waveform() {
-    let (trial, runs, marker) = trial(true, true);
-    assert!(matches!(trial, Err(BenchError::Deadlock(_))));
-    let window = Window::Cycles { from: 3, to: 5 };
-    assert_eq!(runs, [vec![window.clone()], vec![window, Window::Failure]]);
-    assert_eq!(marker, "stands still");
+    let (trial, runs, markers) = trial(true, true);
+    let Err(BenchError::Failure(failure)) = trial else { panic!("nothing stands still") };
+    assert!(matches!(*failure, pellucid_machine::Failure::Deadlock(_)), "{failure}");
+    assert_eq!(runs, 2);
+    assert_eq!(markers, ["stands still"]);
 }
 
 #[test]
 fn nothing_is_played_twice_without_need() {
     let (failed, runs, _) = trial(true, false);
     assert!(failed.is_err());
-    assert_eq!(runs, [vec![]]);
-    let (right, runs, _) = trial(false, true);
+    assert_eq!(runs, 1);
+    let (right, runs, markers) = trial(false, true);
     assert!(right.unwrap().verdict.is_right());
-    assert_eq!(runs.len(), 1);
+    assert_eq!((runs, markers.len()), (1, 0));
 }
 
 #[test]
@@ -109,16 +103,15 @@ fn machines_of_one_view_share_what_the_golden_model_says() {
     let options = Options { width: Some(20), height: Some(15), ..Options::default() };
     let source = Source::open("glass", &options).unwrap();
     let screen = source.screen();
-    let build = |arch| Architecture::named(arch).unwrap().build(screen, None, &[]).unwrap();
-    let (tbuffer, mbuffer) = (build("tbuffer"), build("mbuffer"));
-    let cfg = Config::new(screen, Params::default()).unwrap();
-    let other = Broken { cfg, stuck: false, primitives: true, runs: Mutex::default() };
-    let machines: [&dyn Runnable; 4] = [&*tbuffer, &other, &*mbuffer, &other];
+    let tbuffer = ARCHITECTURE.build(screen, None, &[]).unwrap();
+    let mbuffer = mbuffer::ARCHITECTURE.build(screen, None, &[]).unwrap();
+    let other = Broken::new(screen, false, true);
+    let machines: [&dyn Model; 4] = [&*tbuffer, &other, &*mbuffer, &other];
     let mut progress = Progress::new("", None, true);
     let cases = Case::all("glass", source, &machines, &mut progress).unwrap();
     let shared = |i: usize, k: usize| Arc::ptr_eq(&cases[i].reference, &cases[k].reference);
     assert!(shared(0, 2) && shared(1, 3) && !shared(0, 1));
-    assert!(cases[0].reference.weighted.is_some() && cases[1].reference.weighted.is_none());
+    assert_eq!([0, 1].map(|k| cases[k].reference.further.len()), [1, 0]);
     assert_eq!(cases[0].items, cases[0].reference.fragments);
     assert_ne!(cases[1].items, cases[1].reference.fragments);
 }

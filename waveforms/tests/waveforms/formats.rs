@@ -80,6 +80,45 @@ fn every_value_and_label_is_read_back() {
     }
 }
 
+/// More than the writer of an FST gathers for a block, before anything has changed.
+#[test]
+fn a_machine_may_have_many_signals() {
+    const SIGNALS: u64 = 20_000;
+    let declare = |to: &mut dyn Declare| {
+        to.open("machine");
+        (0..SIGNALS).for_each(|k| to.signal(&format!("word{k}"), 1 + k as u32 % 9, Kind::Bits(32)));
+        to.label("label");
+        to.close();
+    };
+    let value = |k: u64, cycle: u64| (k + cycle) % (2 << (k % 9));
+    for format in FORMATS {
+        for first in [0, 100] {
+            let cycles = [first, first + 1, first + 20, first + 21];
+            let dump = dump(format, Layout::new(vec![], declare), 0, |mut wave| {
+                for cycle in cycles {
+                    if cycle == first + 20 {
+                        wave.gap(first + 2).unwrap();
+                    }
+                    wave.sample(|to| {
+                        (0..SIGNALS).for_each(|k| to.push(value(k, cycle)));
+                        to.label(Label::new(cycle as u32, 3, 4));
+                    });
+                    wave.show(cycle).unwrap();
+                }
+                assert_eq!(wave.finish(first + 22).unwrap(), format!("#{}(3,4)", first + 21).len());
+            });
+            let read = Read::new(&dump);
+            for cycle in cycles {
+                for k in (0..SIGNALS).step_by(701) {
+                    let bits = read.value(&format!("machine.word{k}"), cycle);
+                    let shown = u64::from_str_radix(&bits, 2);
+                    assert_eq!(shown, Ok(value(k, cycle)), "{k} in cycle {cycle}, {format:?}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_gap_is_unknown_and_the_next_cycle_shows_all_again() {
     for format in FORMATS {

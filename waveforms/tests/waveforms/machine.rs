@@ -1,7 +1,8 @@
 //! A machine of a few signals, and waveforms of it.
 
+use pellucid_sim::Sampler;
 use pellucid_sim::{Declare, Kind, Label, Sink, States};
-use pellucid_waveforms::{FileFormat, Layout, Sampler, StreamOf, Wave};
+use pellucid_waveforms::{FileFormat, Layout, StreamOf, Wave};
 use std::fs::File;
 use std::path::PathBuf;
 use tempfile::TempDir;

@@ -1,15 +1,23 @@
 //! The set-ups for viewers, line by line.
 
 use crate::machine::layout;
-use pellucid_waveforms::{FileFormat, Marker, View};
+use pellucid_sim::{Declare, Kind};
+use pellucid_waveforms::{FileFormat, Found, Layout, Marker, View};
 use std::collections::BTreeMap;
 
-/// The files by name.
-fn files(format: FileFormat) -> BTreeMap<String, String> {
+fn view(format: FileFormat) -> View {
     let marker = |cycle, name: &str| Marker { cycle, name: name.into() };
     let markers = vec![marker(40, "passed stalls"), marker(7, "#3(1,2) store")];
-    let view = View { stem: "wave".into(), format, markers, first: 4 };
+    View { stem: "wave".into(), format, markers, first: 4, ..View::default() }
+}
+
+/// The files of a view by name.
+fn files_of(view: &View) -> BTreeMap<String, String> {
     view.files(&layout()).into_iter().map(|file| (file.name, file.text)).collect()
+}
+
+fn files(format: FileFormat) -> BTreeMap<String, String> {
+    files_of(&view(format))
 }
 
 #[test]
@@ -33,8 +41,8 @@ fn gtkwave_shows_blocks_in_order_with_their_streams_and_states() {
     assert_eq!(files["wave.states/phase"], states);
     let none = " -1".repeat(24);
     let expected = format!(
-        "[dumpfile] \"wave.vcd\"\n[savefile] \"wave.gtkw\"\n[timestart] 340\n[size] 1600 1000\n\
-         [pos] -1 -1\n*-5.000000 400 400 70{none}\n[markername] Apassed stalls\n\
+        "[dumpfile] \"wave.vcd\"\n[savefile] \"wave.gtkw\"\n[timestart] 370\n[size] 1600 1000\n\
+         [pos] -1 -1\n*-4.965784 400 400 70{none}\n[markername] Apassed stalls\n\
          [markername] B#3(1,2) store\n[sst_width] 220\n[signals_width] 260\n[sst_expanded] 0\n\
          @28\ntop.clk\n@24\ntop.cycle[39:0]\n\
          @2022\n^1 wave.states/phase\ntop.machine.wires.phase[1:0]\n\
@@ -99,11 +107,108 @@ fn surfer_shows_the_same_list() {
     assert!(commands.ends_with(end), "{commands}");
 }
 
+/// A block that is tested on its own: its plain registers are there, those in groups too, and none is folded.
+#[test]
+fn a_block_alone_shows_all_of_its_registers_open() {
+    let layout = Layout::new(vec![], |to: &mut dyn Declare| {
+        to.open("queue");
+        to.open("registers");
+        to.signal("head", 3, Kind::Bits(32));
+        to.open("offer");
+        to.signal("valid", 1, Kind::Flag);
+        to.close();
+        to.close();
+        to.open("wires");
+        to.signal("reset", 1, Kind::Flag);
+        to.close();
+        to.close();
+    });
+    let view = View { stem: "w".into(), ..View::default() };
+    let files = view.files(&layout);
+    let save = &files.iter().find(|file| file.name == "w.gtkw").unwrap().text;
+    let shown = "@28\ntop.queue.wires.reset\n\
+                 @800200\n-queue: registers\n@24\ntop.queue.registers.head[2:0]\n\
+                 @1000200\n-queue: registers\n\
+                 @800200\n-offer: registers\n@28\ntop.queue.registers.offer.valid\n\
+                 @1000200\n-offer: registers\n";
+    assert!(save.ends_with(shown), "{save}");
+}
+
+/// GTKWave writes a name to both sides of its marker. Here a cycle is as wide as 12 characters.
+#[test]
+fn a_name_that_the_left_edge_would_cut_begins_at_its_marker() {
+    let line = |cycle, name: &str| {
+        let markers = vec![Marker { cycle, name: name.into() }];
+        let view = View { stem: "w".into(), markers, ..View::default() };
+        let files = view.files(&layout());
+        let save = &files.iter().find(|file| file.name == "w.gtkw").unwrap().text;
+        save.lines().find_map(|line| line.strip_prefix("[markername] A")).unwrap().to_string()
+    };
+    assert_eq!(line(0, "lost"), "    lost");
+    let (fits, cut) = ("x".repeat(24), "x".repeat(25));
+    assert_eq!(line(1, &fits), fits);
+    assert_eq!(line(1, &cut), format!("{}{cut}", " ".repeat(25)));
+    assert_eq!(line(2, &cut), cut);
+}
+
 #[test]
 fn without_markers_the_view_begins_with_the_first_cycle() {
-    let view = View { stem: "w".into(), format: FileFormat::Vcd, markers: vec![], first: 70 };
+    let view = View { stem: "w".into(), first: 70, ..View::default() };
     let files = view.files(&layout());
     let save = files.iter().find(|file| file.name == "w.gtkw").unwrap();
     assert!(save.text.contains("[timestart] 700\n"), "{}", save.text);
-    assert!(save.text.contains("*-5.000000 700 -1"), "{}", save.text);
+    assert!(save.text.contains("*-4.965784 700 -1"), "{}", save.text);
+}
+
+/// GTKWave's zoom -z shows 2^z units of time on 200 pixels, and a character of its font is 7 pixels wide.
+#[test]
+fn a_cycle_is_as_wide_as_the_longest_label() {
+    for (chars, pixels) in [(0, 64.0), (7, 64.0), (12, 94.0), (24, 178.0)] {
+        let view = View { longest_label: chars, ..view(FileFormat::Vcd) };
+        let save = &files_of(&view)["wave.gtkw"];
+        let zoom = save.lines().find_map(|line| line.strip_prefix("*-")).unwrap();
+        let zoom: f64 = zoom.split_once(' ').unwrap().0.parse().unwrap();
+        let cycle = 10.0 / zoom.exp2() * 200.0;
+        assert!((cycle - pixels).abs() < 0.01, "{chars} characters on {cycle} pixels");
+    }
+}
+
+/// The lines of a save file that begin a group: its name, and whether it is open.
+fn groups(save: &str) -> Vec<(&str, bool)> {
+    let lines: Vec<&str> = save.lines().collect();
+    let begins = lines.windows(2).filter(|pair| ["@800200", "@c00200"].contains(&pair[0]));
+    begins.map(|pair| (&pair[1][1..], pair[0] == "@800200")).collect()
+}
+
+#[test]
+fn where_something_was_followed_only_its_groups_are_open() {
+    // Label 0 is in a stage of the block `store`, label 1 on the stream `passed` that it receives.
+    for (labels, open) in [
+        (vec![0], vec!["store"]),
+        (vec![1], vec!["store", "passed"]),
+        (vec![], vec!["events", "store", "passed"]),
+    ] {
+        let found = Found { labels, values: vec![] };
+        let save = &files_of(&View { found, ..view(FileFormat::Vcd) })["wave.gtkw"];
+        let all = groups(save);
+        let names: Vec<&str> = all.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["events", "store", "passed", "store: registers", "scan: registers"]);
+        let opened: Vec<&str> = all.iter().filter(|group| group.1).map(|group| group.0).collect();
+        assert_eq!(opened, open);
+    }
+}
+
+#[test]
+fn what_was_looked_for_stands_at_the_top() {
+    let layout = layout();
+    let (_, dropped) = layout.events().next().unwrap();
+    let (_, stall) = layout.stalls().next().unwrap();
+    let found = Found { values: vec![dropped, stall], labels: vec![0] };
+    let save = &files_of(&View { found, ..view(FileFormat::Vcd) })["wave.gtkw"];
+    let top = "top.cycle[39:0]\n@28\n[color] 1\ntop.machine.wires.events.dropped\n\
+               @800200\n-passed\n@820\n[color] 5\n+{passed} top.machine.wires.passed.label\n\
+               @28\ntop.machine.wires.passed.valid\n@28\ntop.machine.wires.passed.ready\n\
+               @28\n[color] 1\ntop.machine.wires.passed.stall\n@1000200\n-passed\n\
+               @2022\n^1 wave.states/phase\ntop.machine.wires.phase[1:0]\n";
+    assert!(save.contains(top), "{save}");
 }

@@ -7,7 +7,7 @@ use syn::visit::{self, Visit};
 use syn::{Expr, Ident};
 
 /// Methods that change what they are called on.
-pub const CHANGING: [&str; 5] = ["read", "write", "pass_read", "pass_write", "pass"];
+pub const CHANGING: [&str; 6] = ["read", "write", "pass_read", "pass_write", "pass", "holds"];
 
 /// `d` of `d.stage.entries[k].z`.
 pub fn root(e: &Expr) -> Option<&Ident> {

@@ -75,6 +75,27 @@ fn snake(name: &str) -> String {
     text
 }
 
+/// Adds what an `impl Block` leaves to its fields: see `#[block]`.
+pub fn complete(i: &mut ItemImpl) {
+    let has = |i: &ItemImpl, name: &str| {
+        i.items.iter().any(|item| matches!(item, ImplItem::Fn(f) if f.sig.ident == name))
+    };
+    if !has(i, "reset") {
+        i.items.push(syn::parse_quote! {
+            fn reset(cfg: &Self::Config) -> Self::State {
+                <Self::State>::reset(cfg)
+            }
+        });
+    }
+    if !has(i, "memories") {
+        i.items.push(syn::parse_quote! {
+            fn memories(cfg: &Self::Config) -> Self::Mem {
+                <Self::Mem>::new(cfg)
+            }
+        });
+    }
+}
+
 pub fn twins(options: &Options, i: &ItemImpl) -> Result<TokenStream> {
     let ty_of = |name: &str| -> Result<&Type> {
         let found = i.items.iter().find_map(|item| match item {

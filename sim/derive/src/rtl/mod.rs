@@ -17,7 +17,12 @@ pub use block::Options;
 use body::Body;
 
 /// The item as it is, and its twins.
-pub fn expand(options: Options, item: Item) -> Result<TokenStream> {
+pub fn expand(options: Options, mut item: Item) -> Result<TokenStream> {
+    if let Item::Impl(i) = &mut item
+        && i.trait_.is_some()
+    {
+        block::complete(i);
+    }
     let twins = match &item {
         Item::Fn(f) => free(f)?,
         Item::Impl(i) if i.trait_.is_some() => block::twins(&options, i)?,

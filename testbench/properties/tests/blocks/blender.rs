@@ -1,6 +1,6 @@
 use crate::found;
-use pellucid_hw::blender::{Blender, In, Out, State};
-use pellucid_hw::pixel::Screen;
+use pellucid_blocks::blender::{Blender, In, Out, State};
+use pellucid_machine::pixel::Screen;
 use pellucid_properties::blender::{Model, Property};
 use pellucid_properties::blender_properties;
 use pellucid_sim::{Block, ReadPort, Stream, WritePort};

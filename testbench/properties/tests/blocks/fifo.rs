@@ -3,10 +3,10 @@
 use crate::found;
 use pellucid_properties::fifo::{Alone, Model, Property, Step};
 use pellucid_properties::fifo_properties;
-use pellucid_properties::harness::{check, search};
+use pellucid_properties::harness::{Must, check};
+use pellucid_properties::trials::search;
 use pellucid_sim::fifo::{Config, In, Moore};
 use pellucid_sim::{Block, Fifo, Signals, Stream};
-use std::panic::catch_unwind;
 
 fifo_properties!(Alone<Fifo<u32>>, library);
 fifo_properties!(Shift<NONE>, shift);
@@ -140,7 +140,7 @@ fn a_failure_is_short_and_has_its_waveform() {
     let (message, folder) = found::found::<Model<Shift<LOST>>>();
     let expected = format!(
         "broken in cycle 2: something is at the front while an item is in, and only then: nothing is there \
-         while 1 is due\nits waveform: gtkwave {}\ndepth 2, cycle by cycle:\n     0  push 0\n     1  push \
+         while 1 is due\nits waveform: gtkwave {}\ndepth 2, items of 2 bits, cycle by cycle:\n     0  push 0\n     1  push \
          1, pop\n     2  nothing",
         folder.path().join("wave.gtkw").display()
     );
@@ -158,15 +158,12 @@ fn a_sequence_can_be_played_by_hand() {
     let cfg = Config { depth: 2, item: 8 };
     assert_eq!(check::<Model<Shift<NONE>>>(&cfg, &[push, both, both]), Ok(()));
     let broken = check::<Model<Shift<LOST>>>(&cfg, &[push, both, both]).unwrap_err();
-    assert_eq!((broken.property, broken.cycle), (Property::Front, 2));
+    assert_eq!((broken.property, broken.cycle), (Must::Keep(Property::Front), 2));
 }
 
 #[test]
 fn the_search_leaves_a_waveform_too() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().to_owned();
-    let panic = catch_unwind(|| search::<Model<Shift<LOST>>>(&path)).unwrap_err();
-    let message = panic.downcast_ref::<String>().unwrap();
+    let (message, folder) = found::said(|folder| search::<Model<Shift<LOST>>>(folder, 1000));
     assert!(message.starts_with("broken in cycle 2: "), "{message}");
     assert!(message.ends_with("     0  push 0\n     1  push 1, pop\n     2  nothing"), "{message}");
     found::has_marker(&folder, Property::Front);

@@ -1,9 +1,11 @@
 //! What is found of a block with a fault.
 
 use pellucid_properties::Reference;
-use pellucid_properties::harness::{exhaust, test};
+use pellucid_properties::harness::{Must, exhaust};
+use pellucid_properties::trials::{test, test_long};
 use std::fmt::Display;
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 use tempfile::TempDir;
 
 /// States that are searched of each small setup.
@@ -11,9 +13,19 @@ const SEARCHED: usize = 100_000;
 
 /// The message of what random sequences find, and the folder of its waveform.
 pub fn found<R: Reference>() -> (String, TempDir) {
+    said(|folder| test::<R>("", folder))
+}
+
+/// The message of what long sequences find, and the folder of its waveform.
+pub fn found_long<R: Reference>() -> (String, TempDir) {
+    said(|folder| test_long::<R>("", folder))
+}
+
+/// The message of a test that fails, and the folder that it has left.
+pub fn said(test: impl FnOnce(&Path)) -> (String, TempDir) {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().to_owned();
-    let panic = catch_unwind(|| test::<R>("", &path)).expect_err("it is not found");
+    let tested = catch_unwind(AssertUnwindSafe(|| test(folder.path())));
+    let panic = tested.expect_err("it is not found");
     (panic.downcast_ref::<String>().unwrap().clone(), folder)
 }
 
@@ -23,13 +35,15 @@ pub fn is_found<R: Reference>(property: R::Property) {
     assert!(message.contains(&format!(": {property}: ")), "{message}");
     let found = R::small().iter().find_map(|setup| exhaust::<R>(setup, SEARCHED).err());
     let (broken, steps) = found.expect("the search does not find it");
-    assert_eq!(broken.property, property, "{broken}, after {steps:?}");
+    assert_eq!(broken.property, Must::Keep(property), "{broken}, after {steps:?}");
 }
 
 /// The waveform leads to where a property is broken.
 pub fn has_marker(folder: &TempDir, property: impl Display) {
     let save = std::fs::read_to_string(folder.path().join("wave.gtkw")).unwrap();
-    assert!(save.contains(&format!("[markername] A{property}\n")), "{save}");
+    let mut names = save.lines().filter_map(|line| line.strip_prefix("[markername] A"));
+    // One near the left edge has blanks before it.
+    assert_eq!(names.next().map(str::trim_start), Some(&property.to_string()[..]), "{save}");
 }
 
 /// The values of a signal in the waveform, each with the cycle in which it begins.

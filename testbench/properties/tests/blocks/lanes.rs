@@ -1,7 +1,7 @@
 use crate::found::{self, found};
-use pellucid_hw::allocator::Lanes;
-use pellucid_hw::allocator::lanes::{Config, Contract, In, MAX_LANES, Moore};
-use pellucid_properties::harness::check;
+use pellucid_blocks::allocator::Lanes;
+use pellucid_blocks::allocator::lanes::{Config, Contract, In, MAX_LANES, Moore};
+use pellucid_properties::harness::{Must, check};
 use pellucid_properties::lanes::{Hand, Model, Property, Setup, Step};
 use pellucid_properties::lanes_properties;
 use pellucid_sim::{Block, Signals, Stream};
@@ -263,7 +263,7 @@ impl Script {
     fn gives(&mut self, lane: usize, cycles: &[usize]) {
         cycles.iter().for_each(|cycle| self.hand(lane, *cycle).release = Some(0));
     }
-    fn check<A: Contract + 'static>(&self) -> Result<(), Property> {
+    fn check<A: Contract + 'static>(&self) -> Result<(), Must<Property>> {
         check::<Model<A>>(&self.setup, &self.steps).map_err(|broken| broken.property)
     }
 }
@@ -313,7 +313,7 @@ fn a_lane_may_wait_as_long_as_is_said() {
     for script in [slow_for_one(), slow_for_several(2), slow_for_several(3), slow_for_several(4)] {
         assert_eq!(script.check::<Lanes>(), Ok(()));
         let lanes = script.setup.lanes;
-        assert_eq!(script.check::<Hasty>(), Err(Property::Granted), "{lanes} lanes");
+        assert_eq!(script.check::<Hasty>(), Err(Must::Keep(Property::Granted)), "{lanes} lanes");
     }
 }
 
@@ -325,6 +325,6 @@ fn a_lane_may_be_ready_in_its_turn_only() {
         let cycles: Vec<usize> = (0..12).collect();
         (0..lanes as usize).for_each(|lane| script.gives(lane, &cycles));
         assert_eq!(script.check::<Lanes>(), Ok(()));
-        assert_eq!(script.check::<Roomy>(), Err(Property::Ready), "{lanes} lanes");
+        assert_eq!(script.check::<Roomy>(), Err(Must::Keep(Property::Ready)), "{lanes} lanes");
     }
 }

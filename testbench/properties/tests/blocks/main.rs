@@ -4,27 +4,55 @@ mod allocator;
 mod blender;
 mod fifo;
 mod found;
+mod invalid;
 mod lanes;
+mod late;
+mod panics;
 mod ram;
 mod sorter;
 mod stream;
+
+/// A page of the book.
+fn page(name: &str) -> String {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/");
+    std::fs::read_to_string(format!("{folder}{name}")).unwrap()
+}
+
+/// The `Cargo.toml` on the page is one of a crate outside of the repository: Cargo finds all that it names.
+#[test]
+fn the_manifest_in_the_book_is_complete() {
+    let page = page("properties.md");
+    let (_, manifest) = page.split_once("```toml\n").unwrap();
+    let (manifest, _) = manifest.split_once("```").unwrap();
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    put("Cargo.toml", &manifest.replace("../pellucid", root));
+    std::fs::create_dir(folder.path().join("src")).unwrap();
+    put("src/lib.rs", "");
+    // The same versions of all others as here, so that none is looked for.
+    put("Cargo.lock", &std::fs::read_to_string(format!("{root}/Cargo.lock")).unwrap());
+    let cargo = std::process::Command::new(env!("CARGO"))
+        .args(["metadata", "--offline", "--format-version", "1"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
+}
 
 /// The sentences of the contracts as they stand in the book.
 #[test]
 fn the_book_has_the_properties() {
     use pellucid_properties::{allocator, blender, fifo, lanes, ram, sorter, stream};
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/");
-    let pages = ["properties.md", "allocators.md"];
-    let page =
-        pages.map(|page| std::fs::read_to_string(format!("{folder}{page}")).unwrap()).concat();
+    let page = ["properties.md", "allocators.md"].map(page).concat();
     let has = |sentences: &[&dyn std::fmt::Display]| {
         for sentence in sentences {
             assert!(page.contains(&format!("\n| {sentence} | ")), "it has no line for: {sentence}");
         }
     };
     {
-        use allocator::Property::{Exhausted, Fault, Granted, Held, Lent, Range, Twice};
-        has(&[&Range, &Twice, &Held, &Granted, &Exhausted, &Lent, &Fault]);
+        use allocator::Property::{Exhausted, Fault, Flagged, Granted, Held, Lent, Range, Twice};
+        has(&[&Range, &Twice, &Held, &Granted, &Exhausted, &Lent, &Flagged, &Fault]);
     }
     {
         use lanes::Property::{Exhausted, Fault, Granted, Held, Range, Ready, Twice};

@@ -1,5 +1,5 @@
 use crate::found;
-use pellucid_properties::harness::check;
+use pellucid_properties::harness::{Must, check};
 use pellucid_properties::ram::{Config, Model, Property, Ram, Step};
 use pellucid_properties::ram_properties;
 use pellucid_sim::{Memory, Ports, Ram1R1W, Ram1RW, Read, ReadDuringWrite, Storage};
@@ -44,6 +44,9 @@ impl<const FAULT: u8> Memory for Wrong<FAULT> {
     }
     fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
         self.ram.visit(path, to);
+    }
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
+        self.ram.each(to);
     }
 }
 
@@ -125,7 +128,7 @@ fn a_failure_is_short_and_has_its_waveform() {
     let expected = format!(
         "broken in cycle 4: a read gives what was last written before it: 1 came where 2 is due\n\
          its waveform: gtkwave {}\n\
-         2 words, latency 1, read during write Old, cycle by cycle:\n     \
+         2 words of 2 bits, latency 1, read during write Old, cycle by cycle:\n     \
          0  write 0 to 0\n     1  write 1 to 1\n     2  read 0, write 2 to 1\n     3  read 1\n     \
          4  nothing",
         folder.path().join("wave.gtkw").display()
@@ -146,5 +149,5 @@ fn a_misuse_ends_a_sequence_that_keeps_the_contract() {
     assert_eq!(check::<Model<Ram1RW<u32>>>(&cfg, &[write, both, write]), Ok(()));
     assert_eq!(check::<Model<Ram1R1W<u32>>>(&cfg, &[write, both, write]), Ok(()));
     let broken = check::<Model<Wrong<HEEDLESS>>>(&cfg, &[write, both, write]).unwrap_err();
-    assert_eq!((broken.property, broken.cycle), (Property::Misuse, 1));
+    assert_eq!((broken.property, broken.cycle), (Must::Keep(Property::Misuse), 1));
 }

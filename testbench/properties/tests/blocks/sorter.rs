@@ -1,5 +1,5 @@
 use crate::found;
-use pellucid_hw::sorter::{Config, In, Moore, Sorter, State};
+use pellucid_blocks::sorter::{Config, In, Moore, Sorter, State};
 use pellucid_properties::sorter::{Model, Property};
 use pellucid_properties::sorter_properties;
 use pellucid_sim::Block;

@@ -1,8 +1,8 @@
 use crate::found;
-use pellucid_hw::rbuffer::queue::Queue;
 use pellucid_properties::fifo::Alone;
 use pellucid_properties::stream::{Model, Property, Stage};
 use pellucid_properties::stream_properties;
+use pellucid_rbuffer::queue::Queue;
 use pellucid_sim::{Block, Fifo, Signals, Stream};
 
 stream_properties!(Alone<Fifo<u32>>, fifo);
@@ -100,7 +100,7 @@ impl<const FAULT: u8> Stage for Adder<FAULT> {
         vec![()]
     }
     fn item((): &(), number: u32) -> u32 {
-        2 * number
+        2 * (number % 64)
     }
     fn gives((): &(), items: &[u32]) -> Vec<u32> {
         items.chunks_exact(2).map(|two| two[0] + two[1]).collect()

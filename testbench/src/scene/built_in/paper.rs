@@ -6,7 +6,7 @@
 //! every machine.
 
 use super::field::{Field, Noise};
-use pellucid_hw::pixel::{Fragment, Z_FAR, rgba};
+use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_sim::Label;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};

@@ -4,7 +4,7 @@ use crate::scene::Screen;
 use crate::scene::camera::Camera;
 use crate::scene::raster::{depth, packed};
 use glam::{DVec3, Vec3, Vec4, vec3};
-use pellucid_hw::pixel::Fragment;
+use pellucid_machine::pixel::Fragment;
 use pellucid_sim::Label;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -10,7 +10,7 @@ mod ply;
 use super::SceneError;
 use super::built_in;
 use super::geometry::Part;
-use pellucid_hw::params::nearest;
+use pellucid_machine::params::nearest;
 use std::fs;
 use std::io::{self, Read};
 

@@ -4,7 +4,7 @@ use super::*;
 use crate::golden::primitive::{bound, columns, fragment, fragments};
 use crate::scene::raster::Raster;
 use crate::scene::{MAX_SIDE, Options, Scene, Screen, built_in};
-use pellucid_hw::primitive::{
+use pellucid_machine::primitive::{
     HEIGHT_BITS, Span, colour as hw_colour, depth, next_row, plus, span, times,
 };
 use proptest::prelude::*;
@@ -176,6 +176,7 @@ proptest! {
                     let at = plus(rows.at, times(rows.per_column, x));
                     let Fragment { z, rgba, .. } = fragment(&primitive, x, y);
                     prop_assert_eq!((depth(at), hw_colour(at, rows.opaque)), (z, rgba));
+                    prop_assert!(z < Z_FAR, "it can be seen");
                 }
             }
             for edge in primitive.edges.iter().filter(|edge| edge.side != Side::Level) {
@@ -192,7 +193,7 @@ proptest! {
     fn a_point_is_its_fragment(
         x in 0..SIDE,
         y in 0..SIDE,
-        z in prop_oneof![0..Z_FAR, Just(0), Just(Z_FAR - 1)],
+        z in prop_oneof![0..Z_FAR, Just(0), Just(Z_FAR - 1), Just(Z_FAR)],
         rgba: u32,
         opaque: bool,
     ) {

@@ -1,0 +1,147 @@
+//! What the chains of sections are made of.
+
+use super::release;
+use crate::allocator::{self, AllocatorKind, Choice};
+use pellucid_machine::choice;
+use pellucid_machine::pixel::Screen;
+use pellucid_sim::bits_for;
+
+choice! {
+    /// How resolve finds the pixels that have fragments.
+    pub enum Scan {
+        /// It looks at every pixel (seed 000).
+        Linear = "linear",
+        /// An occupancy bitmap and its summary skip empty pixels, words at a time.
+        Bitmap = "bitmap",
+    }
+}
+
+/// The chains' shape. Sections are numbered: those that pixels own, then the free ones on chip, then those
+/// outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Each pixel owns a section from the start: pixel `i` section `i`.
+    pub owned: bool,
+    /// Sections on chip that any pixel can have.
+    pub on_chip: u32,
+    /// Further ones in outside memory, used once those on chip are all taken.
+    pub outside: u32,
+    /// From a read request to outside memory to its data, in cycles, at least 1.
+    pub outside_latency: u32,
+    /// Fragments that a section holds, at least 1.
+    pub capacity: u32,
+    /// Each pixel's last section and how full it is are kept; else a store walks the chain.
+    pub tail: bool,
+    /// An occupancy bitmap finds the pixels that have fragments; else every pixel is visited.
+    pub bitmap: bool,
+    /// Fragment reads under way at once, at least 2.
+    pub reads_in_flight: u32,
+    /// How a pixel's fragments are read back.
+    pub passes: Passes,
+    /// Bits of the weight that is kept beside a fragment, 0 if there is none.
+    pub weight_bits: u32,
+    /// Which allocator hands out sections.
+    pub allocator: AllocatorKind,
+}
+
+/// How often a pixel's fragments are read back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passes {
+    /// Once, however many there are.
+    One,
+    /// Once for every so many of those that are visible.
+    Each(u32),
+    /// As [`Passes::Each`], but from the second time on twice: to load so many, then to compare them with
+    /// all.
+    Twice(u32),
+}
+
+/// Everything that the blocks need to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// The shape.
+    pub shape: Shape,
+    /// Sections that pixels own: 0 or one each.
+    pub owned: u32,
+    /// All sections; as a section number it stands for NULL.
+    pub null: u32,
+    /// The release queue: room for the sections of one pass, and some on their way.
+    pub release: release::Config,
+}
+
+impl Config {
+    /// All of that shape.
+    pub fn new(screen: Screen, shape: Shape) -> Config {
+        let owned = if shape.owned { screen.pixels() } else { 0 };
+        let null = owned + shape.on_chip + shape.outside;
+        let in_pass = match shape.passes {
+            Passes::One => 0,
+            Passes::Each(depth) | Passes::Twice(depth) => depth.div_ceil(shape.capacity),
+        };
+        let release = release::Config { depth: in_pass + 4, id_bits: bits_for(u64::from(null)) };
+        Config { screen, shape, owned, null, release }
+    }
+
+    /// Bits of a section number, NULL included.
+    pub fn id_bits(&self) -> u32 {
+        bits_for(u64::from(self.null))
+    }
+    /// Bits of how full a section is, 0..=capacity.
+    pub fn fill_bits(&self) -> u32 {
+        bits_for(u64::from(self.shape.capacity))
+    }
+    /// Bits of a fragment's place in a section.
+    pub fn slot_bits(&self) -> u32 {
+        bits_for(u64::from(self.shape.capacity - 1))
+    }
+    /// Bits of how many fragments a pixel may have.
+    pub fn layer_bits(&self) -> u32 {
+        let free = u64::from(self.null - self.owned) + u64::from(self.shape.owned);
+        bits_for(free * u64::from(self.shape.capacity))
+    }
+    /// All section numbers, NULL included, as the ports of an allocator have them.
+    pub fn section_numbers(&self) -> allocator::Config {
+        allocator::Config { sections: self.null + 1 }
+    }
+    /// The allocator of the sections on chip.
+    pub fn on_chip<C: From<Choice>>(&self) -> C {
+        self.choice(self.shape.on_chip)
+    }
+    /// The allocator of the sections outside.
+    pub fn outside<C: From<Choice>>(&self) -> C {
+        self.choice(self.shape.outside)
+    }
+    fn choice<C: From<Choice>>(&self, sections: u32) -> C {
+        let numbers = allocator::Config { sections };
+        Choice { kind: self.shape.allocator, numbers }.into()
+    }
+    /// Whether the weights are kept in memory, so that each fragment that comes is compared with those of its pixel.
+    pub fn weighs(&self) -> bool {
+        self.shape.weight_bits > 0
+    }
+    /// Whether the NSA table lends the entries of free sections to the allocator, and has a second port for
+    /// that: an allocator of one's own that asks for them is built with [`AllocatorKind::Threaded`].
+    pub fn lends(&self) -> bool {
+        self.shape.allocator == AllocatorKind::Threaded
+    }
+    /// The first section outside.
+    pub fn first_outside(&self) -> u32 {
+        self.owned + self.shape.on_chip
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{screen, shape};
+
+    #[test]
+    fn null_is_a_section_number_too() {
+        for (on_chip, bits) in [(1, 1), (2, 2), (3, 2), (4, 3), (7, 3), (8, 4), (64, 7)] {
+            let shape = Shape { on_chip, outside: 0, ..shape() };
+            assert_eq!(Config::new(screen(2, 2), shape).id_bits(), bits, "{on_chip} sections");
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! The chains: transparent fragments grouped by pixel, in chains of sections that any pixel can have.
+//!
+//! ```text
+//!             +-------+    +-----------+    +----------+
+//! fragment -->| Store |--->| Ssa       |--->| ReadBack |--> arrived (Stream)
+//!             +-------+    | Nsa       |    +----------+
+//!                 ^        | Sections  |         |
+//!           grant |        | Occupancy |         |
+//!             +------+     +-----------+         |
+//!             | Pool |<--------------------------+
+//!             +------+           release
+//! ```
+//! A frame is stored, then read back pixel by pixel. Reading it back gives every section back and sets every
+//! SSA entry that was used to NULL, so that the next frame begins without clearing.
+
+pub mod config;
+pub mod lookup;
+pub mod monitor;
+pub mod nsa;
+pub mod occupancy;
+pub mod pool;
+pub mod read_back;
+pub mod reader;
+pub mod release;
+pub mod scan;
+pub mod sections;
+pub mod ssa;
+pub mod store;
+pub mod tables;
+pub mod walk;
+pub mod weigh;
+
+use crate::allocator::{self, Allocator};
+use config::Config;
+use lookup::Chain;
+use nsa::Nsa;
+use occupancy::Occupancy;
+use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Z_BITS};
+use pellucid_sim::Block;
+use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, rtl};
+use pool::Pool;
+use read_back::ReadBack;
+use sections::Sections;
+use ssa::Ssa;
+use std::marker::PhantomData;
+use store::Store;
+
+/// The chains, with allocator `A`.
+pub struct Chains<A>(PhantomData<A>);
+
+/// Registers.
+#[derive(Clone, Copy, Signals)]
+pub struct State<A: Allocator> {
+    /// See [`store`].
+    #[with(*cfg)]
+    #[block(Store)]
+    pub store: store::State,
+    /// See [`pool`].
+    #[with(*cfg)]
+    #[block(Pool<A>)]
+    pub pool: pool::State<A>,
+    /// See [`read_back`].
+    #[with(*cfg)]
+    #[block(ReadBack)]
+    pub read_back: read_back::State,
+    /// All pixels are written; the last sections may still be on their way back.
+    pub written: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem<A: Allocator> {
+    /// See [`ssa`].
+    #[block(Ssa, *cfg)]
+    pub ssa: ssa::Mem,
+    /// See [`nsa`].
+    #[block(Nsa, *cfg)]
+    pub nsa: nsa::Mem,
+    /// See [`sections`].
+    #[block(Sections, *cfg)]
+    pub sections: sections::Mem,
+    /// See [`pool`].
+    #[block(Pool<A>, *cfg)]
+    pub pool: pool::Mem<A>,
+    /// See [`occupancy`].
+    #[block(Occupancy, *cfg)]
+    pub occupancy: occupancy::Mem,
+    /// See [`store`].
+    #[block(Store, *cfg)]
+    pub store: store::Mem,
+    /// See [`read_back`].
+    #[block(ReadBack, *cfg)]
+    pub read_back: read_back::Mem,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// A frame's fragments come.
+    pub storing: bool,
+    /// They are read back.
+    pub resolving: bool,
+    /// Transparent fragments in arrival order, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// The depth that was asked for.
+    #[with(Z_BITS)]
+    pub depth: Read<u32>,
+    /// The receiver takes what is read back.
+    pub arrived_ready: bool,
+    /// The frame's last pixel is written.
+    pub written: bool,
+    /// A number: what every pixel, or word of the bitmap, of that number has is cleared.
+    #[with(cfg.screen.pixel_bits())]
+    pub clear: Stream<u32>,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// A fragment is taken.
+    pub ready: bool,
+    /// Fragments of one pixel after the other, then the end of the frame.
+    #[with(cfg.screen, cfg.shape.weight_bits)]
+    pub arrived: Stream<Marked<Arrived>>,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// Reads a pixel's opaque depth.
+    #[with(cfg.screen.pixel_bits())]
+    pub depth_read: ReadPort,
+    /// All fragments of the frame are stored.
+    pub stored: bool,
+    /// Every pixel is written and every section given back.
+    pub done: bool,
+    /// What can be seen.
+    #[with(*cfg)]
+    pub wires: Wires,
+}
+
+/// What can be seen of the chains in a cycle: the streams between their blocks, and what these did.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Wires {
+    /// Free sections. An offer may be replaced by a better one: see [`pool`].
+    #[with(cfg.id_bits())]
+    pub grant: Handshake<u32>,
+    /// Sections that are given back.
+    #[with(cfg.id_bits())]
+    pub release: Handshake<u32>,
+    /// Pixels to visit.
+    #[with(cfg.screen.pixel_bits())]
+    pub pixel: Handshake<Marked<u32>>,
+    /// Pixels with their chains.
+    #[with(*cfg)]
+    pub chain: Handshake<Marked<Chain>>,
+    /// Fragments that were read back.
+    #[with(cfg.screen, cfg.shape.weight_bits)]
+    pub arrived: Handshake<Marked<Arrived>>,
+    /// What happened.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Events {
+    /// A fragment was stored.
+    pub stored: bool,
+    /// It was stored in an outside section.
+    pub spilled: bool,
+    /// It was its pixel's first.
+    pub first: bool,
+    /// It took a new section.
+    pub section_taken: bool,
+    /// A fragment found no section.
+    pub dropped: bool,
+    /// A fragment waited for a section.
+    pub waits: bool,
+    /// A stored fragment was read, to be compared with one that came.
+    pub compared: bool,
+    /// A stored fragment's weight was changed.
+    pub weight_changed: bool,
+    /// A chain was begun to be read.
+    pub chain_begun: bool,
+    /// A fragment was read back.
+    pub read: bool,
+    /// It was read in a second pass or later.
+    pub read_again: bool,
+    /// A stored fragment turned out to be hidden.
+    pub culled_late: bool,
+}
+
+#[rtl(
+    check(Chains<allocator::FreeList>, crate::test_util::small(true)),
+    check(Chains<allocator::FreeList>, crate::test_util::small(false)),
+    check(Chains<allocator::FreeList>, crate::test_util::small_owned(true)),
+    check(Chains<allocator::Chosen>, crate::test_util::small_lending())
+)]
+impl<A: Allocator> Block for Chains<A> {
+    type Config = Config;
+    type State = State<A>;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem<A>;
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
+        Moore {
+            ready: Store::moore(cfg, &q.store, &m.store).ready,
+            arrived: ReadBack::moore(cfg, &q.read_back, &m.read_back).arrived,
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: In) -> Out {
+        // What every block shows before its inputs are known.
+        let ssa = Ssa::moore(cfg, &(), &m.ssa);
+        let nsa = Nsa::moore(cfg, &(), &m.nsa);
+        let occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
+        let word = Sections::moore(cfg, &(), &m.sections);
+        let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
+        let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
+
+        let store = if i.storing {
+            let to_store = store::In {
+                fragment: i.fragment,
+                ssa,
+                nsa,
+                word,
+                grant: pool.grant,
+                exhausted: pool.exhausted,
+            };
+            Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store)
+        } else {
+            store::Out::default()
+        };
+
+        // The read-back is clocked from the end of the store on.
+        let back = if store.frame_stored || i.resolving {
+            let to_read_back = read_back::In {
+                start: store.frame_stored,
+                ssa,
+                nsa,
+                occupancy,
+                word,
+                depth: i.depth,
+                arrived_ready: i.arrived_ready,
+            };
+            ReadBack::next(cfg, &q.read_back, &mut d.read_back, &mut m.read_back, to_read_back)
+        } else {
+            read_back::Out::default()
+        };
+        let written = q.written || i.written;
+        let done = written && read.released;
+        d.written = written && !done;
+
+        // The tables serve whoever asks.
+        let to_ssa = ssa::In {
+            store_read: store.ssa_read,
+            store_write: store.ssa_write,
+            lookup_read: back.ssa_read,
+            lookup_write: back.ssa_write,
+            clear: i.clear,
+        };
+        Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
+        let to_occupancy = occupancy::In {
+            ask: store.occupancy_ask,
+            set: store.occupancy_set,
+            summary_read: back.scan.summary_read,
+            summary_clear: back.scan.summary_clear,
+            word_read: back.scan.word_read,
+            word_clear: back.scan.word_clear,
+            clear: i.clear,
+        };
+        Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
+        let to_sections = sections::In {
+            write: if store.stored_write.valid { store.stored_write } else { store.place },
+            word: if store.stored_write.valid { store.stored_word } else { store.word },
+            read: if store.stored_read.valid { store.stored_read } else { back.read },
+        };
+        Sections::next(cfg, &(), &mut (), &mut m.sections, to_sections);
+        let to_pool =
+            allocator::In { take: store.take, release: back.release, word: nsa.data.next };
+        let lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
+        let to_nsa = nsa::In { store: store.nsa, chain: back.nsa, lent };
+        Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
+
+        Out {
+            depth_read: back.depth_read,
+            stored: store.frame_stored,
+            done,
+            wires: Wires {
+                grant: pool.grant.with(store.take),
+                release: back.release.with(true),
+                pixel: back.pixel,
+                chain: back.chain,
+                arrived: read.arrived.with(i.arrived_ready),
+                events: Events {
+                    stored: store.place.valid,
+                    spilled: store.place.valid && cfg.is_outside(store.place.payload.section),
+                    first: store.first,
+                    section_taken: store.take,
+                    dropped: store.dropped,
+                    waits: store.waits,
+                    compared: store.stored_read.valid,
+                    weight_changed: store.stored_write.valid,
+                    chain_begun: back.chain_begun,
+                    read: back.read.valid,
+                    read_again: back.read_again,
+                    culled_late: back.culled,
+                },
+            },
+        }
+    }
+}

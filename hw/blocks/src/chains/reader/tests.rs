@@ -1,0 +1,350 @@
+use super::*;
+use crate::chains::config::Shape;
+use crate::chains::tables::SsaEntry;
+use crate::test_util::{Pattern, Source, edge, pattern, screen, shape, traffic};
+use pellucid_sim::{Label, Ram1RW, Sim, StreamMonitor};
+use proptest::prelude::*;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+const ON_CHIP: u32 = 60;
+const OUTSIDE: u32 = 60;
+const NULL: u32 = ON_CHIP + OUTSIDE;
+
+/// A pixel: the depths of its fragments in the order of its chain, and its opaque depth.
+#[derive(Clone, Debug)]
+struct Pixel {
+    layers: Vec<u32>,
+    depth: u32,
+}
+
+impl Pixel {
+    fn visible(&self) -> u32 {
+        self.layers.iter().filter(|z| **z < self.depth).count() as u32
+    }
+    fn passes(&self, k: u32) -> u32 {
+        self.visible().div_ceil(k).max(1)
+    }
+}
+
+fn colour(pixel: usize, layer: usize) -> u32 {
+    (pixel as u32) << 16 | layer as u32
+}
+
+/// A fragment as it must arrive. `last_pass` has a meaning on the last of a pass alone: elsewhere it
+/// is taken as false.
+fn meaning(arrived: Marked<Arrived>) -> Marked<Arrived> {
+    let Marked { end, item } = arrived;
+    if end {
+        return Marked::end();
+    }
+    Marked::item(Arrived { last_pass: item.last && item.last_pass, ..item })
+}
+
+/// What must arrive: each pixel's chain in order, pass after pass, then the end.
+fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
+    let mut arrived = vec![];
+    for (number, pixel) in pixels.iter().enumerate() {
+        let passes = pixel.passes(k);
+        for pass in 1..=passes {
+            for (layer, &z) in pixel.layers.iter().enumerate() {
+                let last = layer + 1 == pixel.layers.len();
+                arrived.push(Marked::item(Arrived {
+                    pixel: number as u32,
+                    z,
+                    rgba: colour(number, layer),
+                    weight: 0,
+                    visible: z < pixel.depth,
+                    last,
+                    last_pass: last && pass == passes,
+                    label: Label::new(layer as u32, number as u16, 0),
+                }));
+            }
+        }
+    }
+    arrived.push(Marked::end());
+    arrived
+}
+
+/// The reader beside models of what it reads, and of the release queue.
+struct Bench {
+    sim: Sim<ChainReader>,
+    nsa: Ram1RW<NsaEntry>,
+    words: BTreeMap<(u32, u32), Word>,
+    chains: Vec<Chain>,
+    /// Sections of the chains.
+    used: Vec<u32>,
+}
+
+/// When things come and go.
+#[derive(Clone, Debug)]
+struct Timing {
+    starts: Pattern,
+    arrived_ready: Pattern,
+    release_pop: Pattern,
+}
+
+impl Timing {
+    fn free_running() -> Timing {
+        let always = Pattern::always;
+        Timing { starts: always(), arrived_ready: always(), release_pop: always() }
+    }
+}
+
+/// What a frame came to.
+#[derive(Debug, Default)]
+struct Seen {
+    arrived: Vec<(u64, Marked<Arrived>)>,
+    /// In the order in which they were let go.
+    released: Vec<u32>,
+    begun: usize,
+    culled: usize,
+    read: usize,
+    read_again: usize,
+}
+
+impl Bench {
+    /// The pixels' fragments are laid into `sections`, in that order.
+    fn new(shape: Shape, pixels: &[Pixel], sections: &[u32]) -> Bench {
+        let shape = Shape { on_chip: ON_CHIP, outside: OUTSIDE, ..shape };
+        let cfg = Config::new(screen(8, 8), shape);
+        let mut sections = sections.iter().copied();
+        let mut bench = Bench {
+            sim: Sim::new(cfg),
+            nsa: Ram1RW::new(NULL, cfg, 1),
+            words: BTreeMap::new(),
+            chains: vec![],
+            used: vec![],
+        };
+        for (number, pixel) in pixels.iter().enumerate() {
+            let groups = pixel.layers.chunks(cfg.shape.capacity as usize);
+            let own: Vec<u32> = sections.by_ref().take(groups.len()).collect();
+            let mut layer = 0;
+            for (at, group) in groups.enumerate() {
+                for (slot, &z) in group.iter().enumerate() {
+                    let label = Label::new(layer as u32, number as u16, 0);
+                    let word = Word { z, rgba: colour(number, layer), weight: 0, label };
+                    bench.words.insert((own[at], slot as u32), word);
+                    layer += 1;
+                }
+                let next = own.get(at + 1).copied().unwrap_or(NULL);
+                let fill = group.len() as u32;
+                // The last section of a chain has an entry only where the SSA table knows no tail.
+                if !cfg.shape.tail {
+                    bench.nsa.write(own[at], NsaEntry { next, fill });
+                } else if next != NULL {
+                    bench.nsa.write(own[at], NsaEntry { next, fill: 0 });
+                }
+                edge(&mut bench.nsa);
+            }
+            let entry = if cfg.shape.tail {
+                let fill = (pixel.layers.len() as u32 - 1) % cfg.shape.capacity + 1;
+                SsaEntry { head: own[0], tail: own[own.len() - 1], fill }
+            } else {
+                SsaEntry { head: own[0], tail: 0, fill: 0 }
+            };
+            bench.chains.push(Chain { pixel: number as u32, depth: pixel.depth, entry });
+            bench.used.extend(own);
+        }
+        bench
+    }
+
+    /// Reads all chains as one frame.
+    fn read(&mut self, timing: &Timing) -> Seen {
+        let cfg = *self.sim.config();
+        let frame = self.chains.iter().copied().map(Marked::item).chain([Marked::end()]);
+        let mut source = Source::new(frame, timing.starts.clone());
+        let mut monitor = StreamMonitor::new("arrived", "ChainReader", "test");
+        // Answers on their way, with the cycle in which they are shown.
+        let mut answers: VecDeque<(u64, Word)> = VecDeque::new();
+        let (mut open, mut committed) = (vec![], VecDeque::new());
+        let (mut read_from, mut let_go) = (BTreeSet::new(), BTreeSet::new());
+        let mut seen = Seen::default();
+        let mut ended = false;
+        for cycle in 0.. {
+            assert!(cycle < 100_000, "the frame does not end: {seen:?}");
+            let word = match answers.front() {
+                Some((due, word)) if *due == cycle => Read { valid: true, data: *word },
+                _ => Read::default(),
+            };
+            if word.valid {
+                answers.pop_front();
+            }
+            let release_ready = ((open.len() + committed.len()) as u32) < cfg.release.depth;
+            let moore = self.sim.moore();
+            let arrived = moore.arrived.with(timing.arrived_ready.at(cycle));
+            monitor.observe(arrived).unwrap();
+            let i = In {
+                chain: source.offer(cycle),
+                nsa: self.nsa.q(),
+                word,
+                arrived_ready: arrived.ready,
+                release_ready,
+            };
+            source.edge(moore.ready);
+            let out = self.sim.clock(i).unwrap().out;
+            self.nsa.pass(out.nsa);
+            edge(&mut self.nsa);
+
+            if out.read.valid {
+                let Place { section, slot } = out.read.payload;
+                let latency = if section < ON_CHIP { 1 } else { cfg.shape.outside_latency };
+                let due = cycle + u64::from(latency);
+                let before = answers.back().is_none_or(|(last, _)| *last < due);
+                assert!(before, "cycle {cycle}: an answer meets or passes another");
+                answers.push_back((due, self.words[&(section, slot)]));
+                assert!(
+                    !let_go.contains(&section),
+                    "cycle {cycle}: section {section} was released"
+                );
+                read_from.insert(section);
+                seen.read += 1;
+                seen.read_again += usize::from(out.read_again);
+            }
+            seen.begun += usize::from(out.begins);
+            seen.culled += usize::from(out.culled);
+            if arrived.fires() {
+                assert!(!ended, "something follows the end");
+                ended = arrived.payload.end;
+                seen.arrived.push((cycle, meaning(arrived.payload)));
+            }
+            let waiting = seen.read - (seen.arrived.len() - usize::from(ended));
+            assert!(waiting <= cfg.shape.reads_in_flight as usize, "{waiting} reads in flight");
+
+            if timing.release_pop.at(cycle) {
+                seen.released.extend(committed.pop_front());
+            }
+            assert!(!(out.release.abort && (out.release.commit || out.release.push.valid)));
+            if out.release.push.valid {
+                assert!(release_ready, "a section is pushed where there is no room");
+                open.push(out.release.push.payload);
+            }
+            if out.release.commit {
+                for section in open.drain(..) {
+                    assert!(read_from.contains(&section), "section {section} was never read");
+                    assert!(let_go.insert(section), "section {section} is released twice");
+                    committed.push_back(section);
+                }
+            }
+            if out.release.abort {
+                open.clear();
+            }
+            if ended && committed.is_empty() {
+                break;
+            }
+        }
+        assert!(open.is_empty(), "sections are left open");
+        seen
+    }
+}
+
+fn arrivals(seen: &Seen) -> Vec<Marked<Arrived>> {
+    seen.arrived.iter().map(|(_, arrived)| *arrived).collect()
+}
+
+fn pixel_of(count: u32) -> Pixel {
+    Pixel { layers: (0..count).collect(), depth: 1000 }
+}
+
+#[test]
+fn one_fragment_a_cycle_across_sections_and_pixels() {
+    for tail in [false, true] {
+        for capacity in 1..=4 {
+            let shape = Shape { tail, capacity, ..shape() };
+            let pixels: Vec<Pixel> = [1, 1, 1, 5, 2, 4, 8, 1, 3, 3].map(pixel_of).to_vec();
+            let sections: Vec<u32> = (0..ON_CHIP).rev().collect();
+            let seen = Bench::new(shape, &pixels, &sections).read(&Timing::free_running());
+            let first = seen.arrived[0].0;
+            let cycles: Vec<u64> = seen.arrived.iter().map(|(c, _)| *c).take(29).collect();
+            let expected: Vec<u64> = (first..first + 29).collect();
+            assert_eq!(cycles, expected, "tail {tail}, L = {capacity}");
+        }
+    }
+}
+
+#[test]
+fn outside_sections_are_read_at_one_fragment_a_cycle_too() {
+    let shape = Shape { outside_latency: 20, ..shape() };
+    let pixels: Vec<Pixel> = [6, 6, 6].map(pixel_of).to_vec();
+    let sections: Vec<u32> = (ON_CHIP..NULL).collect();
+    let seen = Bench::new(shape, &pixels, &sections).read(&Timing::free_running());
+    let first = seen.arrived[0].0;
+    let cycles: Vec<u64> = seen.arrived.iter().map(|(cycle, _)| *cycle).take(18).collect();
+    assert_eq!(cycles, (first..first + 18).collect::<Vec<_>>());
+}
+
+#[test]
+fn as_many_visible_fragments_as_the_sorter_holds_take_one_pass() {
+    let shape = Shape { passes: Passes::Each(4), ..shape() };
+    let sections: Vec<u32> = (0..ON_CHIP).collect();
+    let passes = |layers: Vec<u32>, depth| {
+        let n = layers.len();
+        let pixels = [Pixel { layers, depth }];
+        Bench::new(shape, &pixels, &sections).read(&Timing::free_running()).read / n
+    };
+    assert_eq!(passes(vec![1; 4], 2), 1);
+    assert_eq!(passes(vec![1; 5], 2), 2);
+    assert_eq!(passes(vec![1; 8], 2), 2);
+    assert_eq!(passes(vec![1; 9], 2), 3);
+    assert_eq!(passes(vec![1, 2, 1, 2, 1, 2, 1, 2, 2], 2), 1, "hidden ones do not count");
+    assert_eq!(passes(vec![2; 9], 2), 1, "one pass shows that nothing is visible");
+}
+
+fn pixel() -> impl Strategy<Value = Pixel> {
+    let layers = prop_oneof![3 => 1usize..5, 1 => 5usize..16];
+    let layers = layers.prop_flat_map(|n| proptest::collection::vec(0u32..8, n));
+    (layers, prop_oneof![2 => Just(8u32), 1 => 0u32..9])
+        .prop_map(|(layers, depth)| Pixel { layers, depth })
+}
+
+fn timing() -> impl Strategy<Value = Timing> {
+    (pattern(), pattern(), pattern()).prop_map(|(starts, arrived_ready, release_pop)| Timing {
+        starts,
+        arrived_ready,
+        release_pop,
+    })
+}
+
+proptest! {
+    /// Order, marks, passes and releases, with sections on chip and outside mixed.
+    #[test]
+    fn behaves_as_plain_passes_over_lists(
+        pixels in proptest::collection::vec(pixel(), 0..8),
+        sections in Just((0..NULL).collect::<Vec<u32>>()).prop_shuffle(),
+        walk in any::<bool>(),
+        section_capacity in 1u32..=4,
+        sorter_depth in 1u32..=6,
+        outside_latency in 1u32..=20,
+        reads_in_flight in 2u32..=12,
+        timing in timing(),
+    ) {
+        let shape = Shape {
+            tail: !walk,
+            capacity: section_capacity,
+            passes: Passes::Each(sorter_depth),
+            outside_latency,
+            reads_in_flight,
+            ..shape()
+        };
+        let mut bench = Bench::new(shape, &pixels, &sections);
+        let (nsa_reads, _) = traffic(&mut bench.nsa);
+        let seen = bench.read(&timing);
+        // Each pass reads the NSA entry of each section once, and so does the releasing walk of a
+        // pixel that does not fit the sorter. With `tail` a chain's last section has none.
+        let walks = |p: &Pixel| p.passes(sorter_depth) + u32::from(p.layers.len() as u32 > sorter_depth);
+        let entries = |p: &Pixel| (p.layers.len() as u32).div_ceil(section_capacity) - u32::from(!walk);
+        let expected: u32 = pixels.iter().map(|p| walks(p) * entries(p)).sum();
+        prop_assert_eq!(traffic(&mut bench.nsa).0 - nsa_reads, u64::from(expected));
+        let expected = reference(&pixels, sorter_depth);
+        prop_assert_eq!(arrivals(&seen), expected.clone());
+        prop_assert_eq!(arrivals(&bench.read(&timing)), expected, "the second frame");
+        let (mut released, mut used) = (seen.released, bench.used);
+        released.sort();
+        used.sort();
+        prop_assert_eq!(released, used, "each section is released once");
+        let fragments: usize = pixels.iter().map(|p| p.layers.len()).sum();
+        prop_assert_eq!(seen.begun, pixels.len());
+        prop_assert_eq!(seen.read - seen.read_again, fragments);
+        let visible: u32 = pixels.iter().map(Pixel::visible).sum();
+        prop_assert_eq!(seen.culled, fragments - visible as usize);
+    }
+}

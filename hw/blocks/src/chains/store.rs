@@ -1,0 +1,317 @@
+//! The store unit: puts each transparent fragment at the end of its pixel's chain.
+//!
+//! ```text
+//!                  +-------+
+//!  fragment ------>|       |---> SSA read, write    <--- entry
+//!  ready <---------| Store |---> NSA access         <--- entry
+//!  grant --------->|       |---> section write
+//!  take <----------|       |---> occupancy ask, set
+//!                  +-------+
+//! ```
+//! Where tails are kept one fragment a cycle, same pixel or not: the SSA entry names the last section
+//! and how full it is. Else (seed 000, Figure 4) the entry names the first section, and
+//! the unit reads the NSA table section by section: a fragment whose chain has `c` sections takes
+//! `c + 1` cycles, `c + 2` if it needs a new one behind them.
+//!
+//! Where each pixel owns a section, its first fragments go there. Where weights are kept in memory, a
+//! fragment is compared with all that its pixel has before it goes to its place: see [`weigh`].
+//!
+//! If no section is free anywhere the fragment is dropped, and `dropped` says so.
+
+use super::config::Config;
+use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use super::weigh::{self, Weigh};
+use crate::weights::own_weight;
+use pellucid_machine::pixel::{Marked, PixelFragment};
+use pellucid_sim::Block;
+use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
+
+/// See the module's description.
+pub struct Store;
+
+/// What the unit is at with the fragment in its stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Signals)]
+pub enum Fsm {
+    /// The pixel's SSA entry is at hand.
+    Start,
+    /// The NSA entry of section `at` is at hand.
+    Walk,
+    /// Section `at` is new: its NSA entry is yet to be written.
+    Link,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Fragments that arrived.
+    #[with(QUEUE_DEPTH)]
+    pub queue: fifo::State,
+    /// The fragment at hand.
+    #[with(cfg.screen)]
+    pub stage: Stream<Marked<PixelFragment>>,
+    /// What is done with it.
+    pub fsm: Fsm,
+    /// The section that the walk has come to.
+    #[width(cfg.id_bits())]
+    pub at: u32,
+    /// See [`weigh`].
+    #[with(*cfg)]
+    #[exists(cfg.weighs())]
+    pub weigh: weigh::State,
+}
+
+const QUEUE_DEPTH: u32 = 2;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Transparent fragments in arrival order, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// The SSA entry that was asked for.
+    #[with(*cfg)]
+    pub ssa: Read<SsaEntry>,
+    /// The NSA entry that was asked for.
+    #[with(*cfg)]
+    pub nsa: Read<NsaEntry>,
+    /// The stored fragment that was asked for.
+    #[with(*cfg)]
+    pub word: Read<Word>,
+    /// A free section.
+    #[with(cfg.id_bits())]
+    pub grant: Stream<u32>,
+    /// No section is free.
+    pub exhausted: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Config)]
+pub struct Moore {
+    /// A fragment is taken.
+    pub ready: bool,
+}
+
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Out {
+    /// Reads an SSA entry.
+    #[with(cfg.screen.pixel_bits())]
+    pub ssa_read: ReadPort,
+    /// Writes an SSA entry.
+    #[with(cfg.screen.pixel_bits(), *cfg)]
+    pub ssa_write: WritePort<SsaEntry>,
+    /// Reads or writes an NSA entry.
+    #[with(cfg.id_bits(), *cfg)]
+    pub nsa: Port<NsaEntry>,
+    /// A pixel whose occupancy bit may be set.
+    #[with(cfg.screen.pixel_bits())]
+    pub occupancy_ask: Stream<u32>,
+    /// The pixel that was asked for last is set.
+    #[with(cfg.screen.pixel_bits())]
+    pub occupancy_set: Stream<u32>,
+    /// Where the fragment is written.
+    #[with(*cfg)]
+    pub place: Stream<Place>,
+    /// What is written there.
+    #[with(*cfg)]
+    pub word: Word,
+    /// Reads a stored fragment, to compare it with the one at hand.
+    #[with(*cfg)]
+    pub stored_read: Stream<Place>,
+    /// Writes it back with a new weight.
+    #[with(*cfg)]
+    pub stored_write: Stream<Place>,
+    /// What is written back.
+    #[with(*cfg)]
+    pub stored_word: Word,
+    /// The granted section is taken.
+    pub take: bool,
+    /// The fragment is its pixel's first.
+    pub first: bool,
+    /// The fragment finds no section and is dropped.
+    pub dropped: bool,
+    /// The fragment waits for a section.
+    pub waits: bool,
+    /// All fragments of the frame are stored.
+    pub frame_stored: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// Fragments that arrived.
+    pub queue: <Queue as Block>::Mem,
+}
+
+type Queue = Fifo<Marked<PixelFragment>>;
+
+fn queue(cfg: &Config) -> fifo::Config<pellucid_machine::pixel::Screen> {
+    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+}
+
+#[rtl(
+    check(Store, crate::test_util::small(true)),
+    check(Store, crate::test_util::small(false)),
+    check(Store, crate::test_util::small_owned(false)),
+    check(Store, crate::test_util::small_owned(true))
+)]
+impl Block for Store {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        let queue = Queue::reset(&queue(cfg));
+        let weigh = Weigh::reset(cfg);
+        State { queue, stage: Stream::idle(), fsm: Fsm::Start, at: 0, weigh }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem { queue: Queue::memories(&queue(cfg)) }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
+        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
+        let fragment = q.stage.payload.item;
+        let PixelFragment { pixel, z, rgba, label } = fragment;
+        let mut o = Out { frame_stored: q.stage.valid && q.stage.payload.end, ..Out::default() };
+        let at_hand = q.stage.valid && !q.stage.payload.end;
+
+        // Where does the fragment go? To a slot that the pixel has, or into a new section: its first,
+        // or one behind its last.
+        let mut slot: Stream<Place> = Stream::idle();
+        let mut owns = false;
+        let mut needs_first = false;
+        let mut behind: Stream<u32> = Stream::idle();
+        let mut linked = false;
+        let empty = cfg.is_null(i.ssa.data);
+        if at_hand {
+            match q.fsm {
+                Fsm::Start => {
+                    let SsaEntry { head, tail, fill } = i.ssa.data;
+                    if empty {
+                        owns = cfg.shape.owned;
+                        needs_first = !cfg.shape.owned;
+                    } else if !cfg.shape.tail {
+                        o.nsa.read(head);
+                        d.at = head;
+                        d.fsm = Fsm::Walk;
+                    } else if fill < cfg.shape.capacity {
+                        slot = Stream::offer(Place { section: tail, slot: fill });
+                    } else {
+                        behind = Stream::offer(tail);
+                    }
+                }
+                Fsm::Walk => {
+                    let NsaEntry { next, fill } = i.nsa.data;
+                    if next != cfg.null {
+                        o.nsa.read(next);
+                        d.at = next;
+                    } else if fill < cfg.shape.capacity {
+                        slot = Stream::offer(Place { section: q.at, slot: fill });
+                    } else {
+                        behind = Stream::offer(q.at);
+                    }
+                }
+                Fsm::Link => {
+                    o.nsa.write(q.at, NsaEntry { next: cfg.null, fill: 1 });
+                    linked = true;
+                }
+            }
+        }
+
+        // Is a section to be had where one is needed?
+        let needs = needs_first || behind.valid;
+        o.dropped = needs && !i.grant.valid && i.exhausted;
+
+        // What is to be compared with the pixel's other fragments waits for that.
+        let mut weight = 0;
+        let mut weighing = false;
+        if cfg.weighs() {
+            let weighed = Weigh::moore(cfg, &q.weigh, &()).weight;
+            weighing = at_hand && !empty && !weighed.valid && !o.dropped;
+            weight = if empty { own_weight(rgba) } else { weighed.payload };
+        }
+        o.word = Word { z, rgba, weight, label };
+        o.waits = needs && !i.grant.valid && !i.exhausted && !weighing;
+        o.take = needs && i.grant.valid && !weighing;
+        o.first = owns || (needs_first && o.take);
+        let mut linking = false;
+
+        // The fragment goes to its place, and the tables learn of it.
+        if slot.valid && !weighing {
+            o.place = slot;
+            let fill = slot.payload.slot + 1;
+            if cfg.shape.tail {
+                o.ssa_write.write(pixel, SsaEntry { fill, ..i.ssa.data });
+            } else {
+                o.nsa.write(slot.payload.section, NsaEntry { next: cfg.null, fill });
+            }
+        } else if owns || o.take {
+            let new = if owns { pixel } else { i.grant.payload };
+            let head = if cfg.shape.owned { 0 } else { new };
+            o.place = Stream::offer(Place { section: new, slot: 0 });
+            if o.first {
+                if cfg.shape.tail {
+                    o.ssa_write.write(pixel, SsaEntry { head, tail: new, fill: 1 });
+                } else {
+                    o.ssa_write.write(pixel, SsaEntry { head, tail: 0, fill: 0 });
+                    o.nsa.write(new, NsaEntry { next: cfg.null, fill: 1 });
+                }
+                o.occupancy_set = Stream::offer(pixel);
+            } else if cfg.shape.tail {
+                o.ssa_write.write(pixel, SsaEntry { tail: new, fill: 1, ..i.ssa.data });
+                o.nsa.write(behind.payload, NsaEntry { next: new, fill: 0 });
+            } else {
+                o.nsa.write(behind.payload, NsaEntry { next: new, fill: cfg.shape.capacity });
+                d.at = new;
+                d.fsm = Fsm::Link;
+                linking = true;
+            }
+        }
+        if cfg.weighs() {
+            let to_weigh = weigh::In {
+                start: weighing,
+                fragment,
+                entry: i.ssa.data,
+                nsa: i.nsa,
+                word: i.word,
+                taken: o.place.valid,
+            };
+            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut (), to_weigh);
+            o.stored_read = weigh.read;
+            o.stored_write = weigh.write;
+            o.stored_word = weigh.word;
+            if weighing {
+                o.nsa = weigh.nsa;
+            }
+        }
+
+        // The next fragment comes to hand once this one is done.
+        let done = !at_hand || linked || o.dropped || (o.place.valid && !linking);
+        if done {
+            d.fsm = Fsm::Start;
+            let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
+            d.stage = front;
+            if front.valid && !front.payload.end {
+                o.ssa_read.read(front.payload.item.pixel);
+                o.occupancy_ask = Stream::offer(front.payload.item.pixel);
+            }
+        }
+        let to_queue = fifo::In { push: i.fragment, pop: done };
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+        o
+    }
+}
+
+#[cfg(test)]
+mod tests;

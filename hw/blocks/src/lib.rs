@@ -1,0 +1,29 @@
+//! The shared hardware: clocked blocks that architectures are composed of, one per file.
+//!
+//! | block | what it does |
+//! | --- | --- |
+//! | [`front`] | what machines of fragments have in common: sequencer, depth test, display |
+//! | [`sequencer`] | from frame to frame |
+//! | [`depth_test`] | draws opaque fragments, drops hidden ones, passes transparent ones on |
+//! | [`display`] | the frame buffer, and the scanout that shows it |
+//! | [`chains`] | fragments grouped by pixel in chains of sections |
+//! | [`allocator`] | hands out free sections |
+//! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
+//! | [`blender`] | blends sorted fragments over the opaque colour |
+//! | [`weights`] | weight factors in fixed point |
+
+pub mod allocator;
+pub mod bits;
+pub mod blender;
+pub mod chains;
+pub mod depth_test;
+pub mod display;
+pub mod frame_buffer;
+pub mod front;
+pub mod scanout;
+pub mod sequencer;
+pub mod sorter;
+pub mod weights;
+
+#[cfg(test)]
+mod test_util;

@@ -1,0 +1,46 @@
+//! How a machine makes a pixel's colour of its fragments: what its image is held to, in plain software.
+//!
+//! It shares no line with the hardware, on purpose: a mistake in a common function would hide itself.
+
+use std::fmt;
+
+/// A fragment that counts: a transparent one in front of its pixel's final opaque depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layer {
+    /// Its depth.
+    pub z: u32,
+    /// Its colour, `0xRRGGBBAA`.
+    pub rgba: u32,
+}
+
+/// See the module's description. Two are equal if their names are.
+#[derive(Clone, Copy)]
+pub struct Arithmetic {
+    /// Its name, as it stands in "the golden model of the ...".
+    pub name: &'static str,
+    /// The colour `0xRRGGBB` of a pixel: its layers in arrival order, over an opaque colour `0xRRGGBB`. Nothing if
+    /// it is the exact blend.
+    pub colour: Option<fn(&[Layer], u32) -> u32>,
+    /// How far a channel of a pixel with so many layers may be from the exact blend, in levels, 0 to 255.
+    pub error_bound: fn(u32) -> u32,
+}
+
+impl Arithmetic {
+    /// Far to near, at equal depth the earlier arrival first, rounded at each step: the exact blend.
+    pub const BLEND: Arithmetic =
+        Arithmetic { name: "exact blend", colour: None, error_bound: |_| 0 };
+}
+
+impl PartialEq for Arithmetic {
+    fn eq(&self, other: &Arithmetic) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Arithmetic {}
+
+impl fmt::Debug for Arithmetic {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "Arithmetic({})", self.name)
+    }
+}

@@ -1,0 +1,46 @@
+//! What is known of a frame before a machine has seen it, and what the machine must count of it.
+
+/// What is known of a frame without the machine.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Census {
+    /// F: transparent fragments in front of the opaque depth at their arrival.
+    pub stored: u64,
+    /// `[i]` is N_i: pixels with exactly `i` of them.
+    pub histogram: Vec<u64>,
+}
+
+impl Census {
+    /// Several frames as one.
+    pub fn together(frames: &[Census]) -> Census {
+        let mut all = Census::default();
+        for Census { stored, histogram } in frames {
+            all.stored += stored;
+            all.histogram.resize(all.histogram.len().max(histogram.len()), 0);
+            for (sum, pixels) in all.histogram.iter_mut().zip(histogram) {
+                *sum += pixels;
+            }
+        }
+        all
+    }
+
+    /// For each number of fragments from 0 on: the pixels that have so many, and the number.
+    pub fn layers(&self) -> impl Iterator<Item = (u64, u64)> {
+        self.histogram.iter().copied().zip(0..)
+    }
+
+    /// P: pixels with at least one fragment.
+    pub fn pixels(&self) -> u64 {
+        self.histogram.iter().skip(1).sum()
+    }
+}
+
+/// A figure that is known beforehand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Check {
+    /// What it is.
+    pub what: &'static str,
+    /// What it must be.
+    pub expected: u64,
+    /// What the run counted.
+    pub found: u64,
+}

@@ -1,0 +1,294 @@
+//! A machine of one architecture under the clock.
+
+use crate::dut::{At, Dut, Failure, Observed, Observer, Quiet};
+use crate::item::{ItemType, Offer};
+use crate::machine::{Machine, Ports};
+use crate::monitor::Monitor;
+use crate::phase::PhaseInfo;
+use crate::pixel::Marked;
+use crate::tally::Tally;
+use pellucid_sim::block::Cycle;
+use pellucid_sim::{Declare, Fault, Memory, Registers, Sampler, Signals, Sim, Stream, Watchdog};
+
+/// Cycles without progress after which a simulation is given up.
+pub const WATCHDOG_CYCLES: u64 = 100_000;
+/// How often the watchdog looks.
+const LOOK_EVERY: u64 = 1 << 14;
+
+/// A cycle of a machine.
+struct Shown<'a, M: Machine> {
+    cycle: &'a Cycle<'a, M>,
+    input: &'a M::In,
+}
+
+impl<M: Machine> Observed for Shown<'_, M> {
+    fn sample(&self, to: &mut Sampler) {
+        Registers::sample(self.cycle.q, self.cycle.cfg, to);
+        Signals::sample(&self.cycle.out, self.cycle.cfg, to);
+    }
+    fn registers(&self, to: &mut Vec<u64>) {
+        (M::numbers().state)(self.cycle.cfg, self.cycle.q, to);
+    }
+    fn ports(&self, inputs: &mut Vec<u64>, outputs: &mut Vec<u64>) {
+        let numbers = M::numbers();
+        (numbers.input)(self.cycle.cfg, self.input, inputs);
+        (numbers.out)(self.cycle.cfg, &self.cycle.out, outputs);
+    }
+}
+
+/// Shows a cycle. It comes by value: where nobody watches, it need not be in memory at all.
+#[inline(never)]
+fn show<M: Machine>(observer: &mut dyn Observer, at: At, input: M::In, cycle: Cycle<M>) -> Quiet {
+    observer.cycle(at, &Shown::<M> { cycle: &cycle, input: &input })
+}
+
+/// See the module's description.
+pub struct Clocked<M: Machine> {
+    sim: Sim<M>,
+    monitor: M::Monitor,
+    watchdog: Watchdog,
+    pixels: Vec<u32>,
+    /// Pixels of an image.
+    of_image: usize,
+    images: Vec<Vec<u32>>,
+    /// The cycle in which the machine was first ready: 0 on every time axis that users see.
+    ready_at: Option<u64>,
+    phase: u8,
+    replay: bool,
+    /// The frame's items that were taken so far.
+    taken: u32,
+    observer: Option<Box<dyn Observer>>,
+    peeks: bool,
+    quiet: Quiet,
+    display: Option<Box<dyn FnMut(u64) -> bool>>,
+    /// The inputs of the last cycle.
+    input: M::In,
+}
+
+impl<M: Machine> Clocked<M> {
+    /// A machine at power-up.
+    pub fn new(cfg: M::Config) -> Clocked<M> {
+        let of_image = M::screen(&cfg).pixels() as usize;
+        Clocked {
+            monitor: M::Monitor::new(&cfg),
+            sim: Sim::new(cfg),
+            watchdog: Watchdog::new(WATCHDOG_CYCLES),
+            pixels: Vec::with_capacity(of_image),
+            of_image,
+            images: vec![],
+            ready_at: None,
+            phase: 0,
+            replay: false,
+            taken: 0,
+            observer: None,
+            peeks: false,
+            quiet: Quiet::default(),
+            display: None,
+            input: M::Item::input(Stream::idle(), false),
+        }
+    }
+
+    fn offered(offer: Offer) -> Stream<Marked<M::Item>> {
+        match offer {
+            Offer::Nothing => Stream::idle(),
+            Offer::End => Stream::offer(Marked::end()),
+            Offer::Item(item) => match M::Item::of(item) {
+                Some(item) => Stream::offer(Marked::item(item)),
+                None => panic!("the machine takes {:?}", M::Item::KIND),
+            },
+        }
+    }
+
+    /// One cycle in which `item` is offered; whether it was taken. A cycle is a whole machine: one copy of its code
+    /// serves all who call.
+    #[inline(never)]
+    fn cycle(&mut self, item: &Stream<Marked<M::Item>>) -> Result<bool, Box<Failure>> {
+        let at = self.sim.cycle();
+        let mut item = *item;
+        if !item.payload.end {
+            item.payload.item.label(self.taken);
+        }
+        let image_ready = match &mut self.display {
+            None => true,
+            Some(ready) => ready(at),
+        };
+        let input = M::Item::input(item, image_ready);
+        if self.peeks
+            && let Some(observer) = &mut self.observer
+        {
+            observer.peek(self.sim.memories());
+        }
+        let cycle = match self.sim.clock(input) {
+            Ok(cycle) => cycle,
+            Err(fault) => {
+                self.input = input;
+                return Err(Box::new(fault.into()));
+            }
+        };
+        // A cycle with a fault is shown before it is told of.
+        let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
+        let fits =
+            if cfg!(debug_assertions) { Signals::check(&cycle.out, cycle.cfg) } else { Ok(()) };
+        let Ports { phase, item_ready, image, replay } = M::ports(&cycle.out);
+        self.replay = replay;
+        if phase != self.phase {
+            self.phase = phase;
+            self.ready_at.get_or_insert(at);
+        }
+        if let Some(observer) = &mut self.observer {
+            let time = self.ready_at.map(|zero| at - zero);
+            let quiet = phase == self.quiet.phase && time.is_some_and(|t| t < self.quiet.until);
+            if !quiet {
+                self.quiet = show(&mut **observer, At { time, phase }, input, cycle);
+            }
+        }
+        observed.map_err(|violation| Box::new(violation.into()))?;
+        fits.map_err(|overflow| Box::new(Fault::overflow(at, overflow).into()))?;
+        if item.valid && item_ready {
+            self.taken = if item.payload.end { 0 } else { self.taken.saturating_add(1) };
+        }
+        if image.fires() {
+            self.pixel(image.payload);
+        }
+        if at.is_multiple_of(LOOK_EVERY) {
+            self.look()?;
+        }
+        Ok(item_ready)
+    }
+
+    fn pixel(&mut self, colour: u32) {
+        self.pixels.push(colour);
+        if self.pixels.len() == self.of_image {
+            let next = Vec::with_capacity(self.of_image);
+            self.images.push(std::mem::replace(&mut self.pixels, next));
+        }
+    }
+
+    #[cold]
+    fn look(&mut self) -> Result<(), Box<Failure>> {
+        let mut progress = self.monitor.transfers();
+        self.sim.memories().each(&mut |storage| {
+            let info = storage.info();
+            progress += info.reads + info.writes;
+        });
+        let cycle = self.sim.cycle();
+        match self.watchdog.look(cycle, progress) {
+            None => Ok(()),
+            Some(idle) => {
+                Err(Box::new(self.monitor.deadlock(cycle, idle, self.sim.state()).into()))
+            }
+        }
+    }
+}
+
+impl<M: Machine> Dut for Clocked<M> {
+    fn send(&mut self, offer: Offer) -> Result<(), Box<Failure>> {
+        let item = Self::offered(offer);
+        while !self.cycle(&item)? {}
+        Ok(())
+    }
+
+    fn step(&mut self, offer: Offer) -> Result<bool, Box<Failure>> {
+        self.cycle(&Self::offered(offer))
+    }
+
+    fn run(&mut self, cycles: u64, images: usize) -> Result<u64, Box<Failure>> {
+        let mut done = 0;
+        while done < cycles && self.images.len() < images {
+            self.cycle(&Stream::idle())?;
+            done += 1;
+        }
+        Ok(done)
+    }
+
+    fn replay(&self) -> bool {
+        self.replay
+    }
+
+    fn reset(&mut self) {
+        self.sim.reset();
+        self.count_anew();
+        self.pixels.clear();
+        self.taken = 0;
+        self.phase = 0;
+        if let Some(observer) = &mut self.observer {
+            observer.reset();
+        }
+    }
+
+    fn set_display(&mut self, ready: Box<dyn FnMut(u64) -> bool>) {
+        self.display = Some(ready);
+    }
+
+    fn watch(&mut self, observer: Box<dyn Observer>) {
+        self.peeks = observer.peeks();
+        self.quiet = Quiet::default();
+        self.observer = Some(observer);
+    }
+
+    fn unwatch(&mut self) -> Option<Box<dyn Observer>> {
+        self.peeks = false;
+        self.observer.take()
+    }
+
+    fn show_fault(&mut self) -> u64 {
+        // Unless the cycle came to its end, it has not been counted.
+        let time = self.time();
+        let (at, input) = (At { time: Some(time), phase: self.phase }, self.input);
+        match (self.sim.at_fault(), &mut self.observer) {
+            (Some(cycle), Some(observer)) => {
+                show(&mut **observer, at, input, cycle);
+                time
+            }
+            (Some(_), None) => time,
+            (None, _) => time.saturating_sub(1),
+        }
+    }
+
+    fn take_images(&mut self) -> Vec<Vec<u32>> {
+        std::mem::take(&mut self.images)
+    }
+
+    fn images(&self) -> usize {
+        self.images.len()
+    }
+
+    fn tally(&mut self) -> Tally {
+        let mut memories = vec![];
+        self.sim.memories().visit("", &mut |path, storage| {
+            memories.push((path.to_string(), storage.info()));
+        });
+        self.monitor.tally(self.sim.config(), &memories)
+    }
+
+    fn count_anew(&mut self) {
+        self.sim.memories().each(&mut |storage| storage.count_anew());
+        self.monitor = M::Monitor::new(self.sim.config());
+    }
+
+    fn cycles(&self) -> u64 {
+        self.sim.cycle()
+    }
+
+    fn time(&self) -> u64 {
+        self.ready_at.map_or(0, |zero| self.sim.cycle() - zero)
+    }
+
+    fn phases(&self) -> &'static [PhaseInfo] {
+        M::PHASES
+    }
+
+    fn declare(&self, to: &mut dyn Declare) {
+        let cfg = self.sim.config();
+        <M::State as Registers>::declare(cfg, "registers", to);
+        <M::Out as Signals>::declare(cfg, "wires", to);
+    }
+
+    fn memories(&mut self) -> &mut dyn Memory {
+        self.sim.memories()
+    }
+
+    fn forget_undeclared(&mut self) {
+        self.sim.forget_undeclared();
+    }
+}

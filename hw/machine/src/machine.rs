@@ -1,0 +1,64 @@
+//! What every architecture is to those who clock it, watch it and judge it.
+
+use crate::arithmetic::Arithmetic;
+use crate::census::{Census, Check};
+use crate::item::{Item, ItemType};
+use crate::monitor::Monitor;
+use crate::phase::PhaseInfo;
+use crate::pixel::Screen;
+use crate::tally::Tally;
+use pellucid_sim::{Block, Handshake, Netlist, Registers, Signals};
+
+/// What the outside sees of a machine in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Ports {
+    /// What it is at: a number into [`Machine::PHASES`].
+    pub phase: u8,
+    /// Whether the item that was offered is taken.
+    pub item_ready: bool,
+    /// The image goes out, pixel by pixel, `0xRRGGBB`.
+    pub image: Handshake<u32>,
+    /// What is to come next is the same frame again, from its first fragment. High from the end of a round
+    /// of the frame until its first item comes again.
+    pub replay: bool,
+}
+
+/// Says to which engine each item of a frame goes; asked once of each, in arrival order.
+pub type Dealer = Box<dyn FnMut(&Item) -> u32>;
+
+/// An architecture: a block that takes frames, with the monitor that watches it.
+pub trait Machine:
+    Netlist
+    + Block<
+        Config: Copy + Send + Sync,
+        State: Registers<Config = Self::Config>,
+        In = <<Self as Machine>::Item as ItemType>::In,
+        Out: Signals<Config = Self::Config>,
+    > + 'static
+{
+    /// What its frames are made of.
+    type Item: ItemType;
+    /// Watches it.
+    type Monitor: Monitor<Self>;
+    /// How it makes colours.
+    const ARITHMETIC: Arithmetic;
+    /// Its phases, [`MAX_PHASES`](crate::phase::MAX_PHASES) at most.
+    const PHASES: &'static [PhaseInfo];
+    /// Whether it may ask for a frame again: see [`Ports::replay`].
+    fn replays(_: &Self::Config) -> bool {
+        false
+    }
+    /// Where the machine has several engines for what is opaque, a new dealer for each call: of opaque fragments
+    /// that are equally deep the one of the engine with the lower number is seen, of one engine's the one that
+    /// arrived first. What it says of transparent items is without meaning.
+    fn dealer(_: &Self::Config) -> Option<Dealer> {
+        None
+    }
+    /// What the outside sees.
+    fn ports(out: &Self::Out) -> Ports;
+    /// The screen.
+    fn screen(cfg: &Self::Config) -> Screen;
+    /// What a run must have counted, by the closed forms of the architecture's seed document, for
+    /// frames of which every fragment found its place.
+    fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;
+}

@@ -1,0 +1,78 @@
+//! A machine that is ready to run: an architecture with its parameters, for a screen.
+
+use crate::arithmetic::Arithmetic;
+use crate::census::{Census, Check};
+use crate::clocked::Clocked;
+use crate::dut::Dut;
+use crate::item::{ItemType, Kind};
+use crate::machine::{Dealer, Machine};
+use crate::params::Value;
+use crate::phase::PhaseInfo;
+use crate::pixel::Screen;
+use crate::tally::Tally;
+use pellucid_sim::netlist::{Module, elaborate_alone};
+
+/// See the module's description.
+pub trait Model: Send + Sync {
+    /// Its parameters' final values.
+    fn values(&self) -> Vec<(String, Value)>;
+    /// The screen.
+    fn screen(&self) -> Screen;
+    /// What its frames are made of.
+    fn kind(&self) -> Kind;
+    /// How it makes colours.
+    fn arithmetic(&self) -> Arithmetic;
+    /// Its phases.
+    fn phases(&self) -> &'static [PhaseInfo];
+    /// Whether it may ask for a frame again: see [`Machine::replays`].
+    fn replays(&self) -> bool;
+    /// To which of several engines an item goes: see [`Machine::dealer`].
+    fn dealer(&self) -> Option<Dealer>;
+    /// What a run must have counted: see [`Machine::closed_forms`].
+    fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check>;
+    /// The machine at power-up.
+    fn power_up(&self) -> Box<dyn Dut>;
+    /// The machine as a netlist.
+    fn netlist(&self) -> Module;
+}
+
+/// A machine of one architecture.
+pub struct Configured<M: Machine> {
+    /// Its configuration.
+    pub cfg: M::Config,
+    /// Its parameters' final values.
+    pub values: Vec<(String, Value)>,
+}
+
+impl<M: Machine> Model for Configured<M> {
+    fn values(&self) -> Vec<(String, Value)> {
+        self.values.clone()
+    }
+    fn screen(&self) -> Screen {
+        M::screen(&self.cfg)
+    }
+    fn kind(&self) -> Kind {
+        M::Item::KIND
+    }
+    fn arithmetic(&self) -> Arithmetic {
+        M::ARITHMETIC
+    }
+    fn phases(&self) -> &'static [PhaseInfo] {
+        M::PHASES
+    }
+    fn replays(&self) -> bool {
+        M::replays(&self.cfg)
+    }
+    fn dealer(&self) -> Option<Dealer> {
+        M::dealer(&self.cfg)
+    }
+    fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
+        M::closed_forms(&self.cfg, tally, frames)
+    }
+    fn power_up(&self) -> Box<dyn Dut> {
+        Box::new(Clocked::<M>::new(self.cfg))
+    }
+    fn netlist(&self) -> Module {
+        elaborate_alone::<M>(&self.cfg)
+    }
+}

@@ -1,0 +1,288 @@
+//! The R-buffer (seed 000): transparent fragments in a queue in arrival order, sent round until each
+//! pixel's are blended, the farthest first.
+//!
+//! ```text
+//!             +-----------+ passed       +----------+ picked   +---------+
+//! fragment -->| DepthTest |------->+---->| Selector |--------->| Blender |
+//!             +-----------+        |     +----------+          +---------+
+//!                   |              |      |   ^    |                |
+//!                   |       popped |      |   |    | pushed         |
+//!                   |     +--------+      | +--------+ +-------+    |
+//!                   |     | Passes |------|>| Rounds | | Queue |    |
+//!                   |     +--------+      | +--------+ +-------+    |
+//!                   |          ^----------|----------------+        |
+//!                   | depth, colour       | depth            colour |
+//!                   v                     v                         v
+//!             +--------------------------------------------------------------+
+//!             | Display: frame buffer (depth and colour, two banks), scanout |--> image
+//!             +--------------------------------------------------------------+
+//! ```
+//! A frame's transparent fragments go through the selector into the queue: all of them or, if they do not fit
+//! and `overflow=replay`, those of one band of pixels after the other, each time that the frame is sent. Then
+//! pass follows pass: all that is in the queue goes through the selector once, the farthest fragment of each
+//! pixel is blended, and the rest goes back. Nothing has to be cleared between frames.
+
+pub mod architecture;
+pub mod config;
+pub mod monitor;
+pub mod passes;
+pub mod queue;
+pub mod rounds;
+pub mod selector;
+
+#[cfg(test)]
+mod test_util;
+
+use config::Config;
+use passes::Passes;
+use pellucid_blocks::blender::{self, Blender, Sorted};
+use pellucid_blocks::front::{self, Front, Phase, Status};
+use pellucid_machine::FragmentIn;
+use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
+use pellucid_sim::Block;
+use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
+use queue::Queue;
+use rounds::Rounds;
+use selector::Selector;
+
+/// The machine.
+#[derive(Clone, Copy, Debug)]
+pub struct RBuffer;
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// See [`front`].
+    #[with(cfg.screen)]
+    #[block(Front)]
+    pub front: front::State,
+    /// See [`rounds`].
+    #[with(*cfg)]
+    #[block(Rounds)]
+    pub rounds: rounds::State,
+    /// See [`selector`].
+    #[with(*cfg)]
+    #[block(Selector)]
+    pub selector: selector::State,
+    /// See [`queue`].
+    #[with(cfg.queue)]
+    #[block(Queue)]
+    pub queue: queue::State,
+    /// See [`passes`].
+    #[with(cfg.queue)]
+    #[block(Passes)]
+    pub passes: passes::State,
+    /// See [`blender`].
+    #[with(cfg.screen)]
+    #[block(Blender)]
+    pub blender: blender::State,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// See [`front`].
+    #[block(Front, cfg.screen)]
+    pub front: front::Mem,
+    /// See [`selector`].
+    #[block(Selector, *cfg)]
+    pub selector: selector::Mem,
+    /// See [`queue`].
+    #[block(Queue, cfg.queue)]
+    pub queue: queue::Mem,
+}
+
+/// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
+/// its blocks did.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What the machine is at.
+    pub phase: Phase,
+    /// Fragments come in, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Handshake<Marked<Fragment>>,
+    /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
+    #[with(24)]
+    pub image: Handshake<u32>,
+    /// What comes next is the same frame again, from its first fragment.
+    pub replay: bool,
+    /// Transparent fragments in front, then the end of the arrivals.
+    #[with(cfg.screen)]
+    pub passed: Handshake<Marked<PixelFragment>>,
+    /// What comes out of the queue, then the end of the pass.
+    #[with(cfg.screen)]
+    pub popped: Handshake<Marked<PixelFragment>>,
+    /// What goes into the queue.
+    #[with(cfg.screen)]
+    pub pushed: Handshake<PixelFragment>,
+    /// Fragments in each pixel's blending order.
+    #[with(cfg.screen)]
+    pub picked: Handshake<Marked<Sorted>>,
+    /// What happened.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Events {
+    /// An opaque fragment was drawn.
+    pub drawn: bool,
+    /// An opaque fragment was hidden.
+    pub hidden: bool,
+    /// A transparent fragment was hidden on arrival.
+    pub culled_early: bool,
+    /// A fragment went into outside memory.
+    pub spilled: bool,
+    /// A fragment found no room.
+    pub dropped: bool,
+    /// The frame is sent again.
+    pub again: bool,
+    /// A round ends, and the frame is to be sent again.
+    pub round_ends: bool,
+    /// It ends since the fragments of its band do not fit.
+    pub round_failed: bool,
+    /// A pass begins with the next cycle.
+    pub pass_begins: bool,
+    /// A stored fragment turned out to be hidden.
+    pub culled_late: bool,
+    /// A fragment was blended.
+    pub blended: bool,
+    /// The image is being shown.
+    pub scanout: bool,
+    /// The machine holds a finished frame.
+    pub frame_done: bool,
+}
+
+#[rtl(
+    name = "rbuffer",
+    input = cfg.screen,
+    moore = (),
+    output = *cfg,
+    check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
+    check(RBuffer, crate::test_util::small_rbuffer(9, Some(0))),
+    check(RBuffer, crate::test_util::small_rbuffer(4, None))
+)]
+impl Block for RBuffer {
+    type Config = Config;
+    type State = State;
+    type In = FragmentIn;
+    type Moore = Status;
+    type Out = Out;
+    type Mem = Mem;
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
+        Front::moore(&cfg.screen, &q.front, &m.front).status
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: FragmentIn) -> Out {
+        let screen = &cfg.screen;
+
+        // What every block shows before its inputs are known.
+        let front = Front::moore(screen, &q.front, &m.front);
+        let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
+        let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
+        let passes = Passes::moore(&cfg.queue, &q.passes, &());
+        let round = Rounds::moore(cfg, &q.rounds, &());
+
+        let storing = matches!(front.status.phase, Phase::Store);
+        let resolving = matches!(front.status.phase, Phase::Resolve);
+
+        // What comes for the first time, or again.
+        let popped = Stream {
+            valid: (passes.items && queue.front.valid) || passes.end,
+            payload: Marked { end: passes.end, item: queue.front.payload },
+        };
+        let select = if storing || resolving || front.clear.valid {
+            let to_selector = selector::In {
+                fragment: if resolving { popped } else { front.passed },
+                arrival: !resolving,
+                first_pass: passes.first,
+                parity: passes.parity,
+                depth: front.depth,
+                pushed_ready: queue.ready,
+                full: queue.full,
+                round,
+                clear: front.clear,
+            };
+            Selector::next(cfg, &q.selector, &mut d.selector, &mut m.selector, to_selector)
+        } else {
+            selector::Out::default()
+        };
+        let stored = select.ended && !resolving;
+        let queued = if storing || resolving {
+            let to_queue =
+                queue::In { push: select.pushed, pop: resolving && passes.items && selector_ready };
+            Queue::next(&cfg.queue, &q.queue, &mut d.queue, &mut m.queue, to_queue)
+        } else {
+            queue::Out::default()
+        };
+
+        // Passes, clocked from the end of the arrivals on.
+        let pass = if stored || resolving {
+            let to_passes = passes::In {
+                start: stored,
+                count: queue.count,
+                taken: popped.valid && selector_ready,
+                ended: select.ended,
+            };
+            Passes::next(&cfg.queue, &q.passes, &mut d.passes, &mut (), to_passes)
+        } else {
+            passes::Out::default()
+        };
+        let to_rounds = rounds::In {
+            overflowed: select.overflowed,
+            stored,
+            roomy: queue.count <= cfg.queue.on_chip >> 1,
+            emptied: pass.done,
+        };
+        let rounds = Rounds::next(cfg, &q.rounds, &mut d.rounds, &mut (), to_rounds);
+        let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
+        let blend = if resolving {
+            let to_blender = blender::In { sorted: picked, colour: front.colour };
+            Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
+        } else {
+            blender::Out::default()
+        };
+
+        let to_front = front::In {
+            ports: i,
+            passed_ready: selector_ready,
+            stored,
+            resolved: blend.frame_done,
+            again: rounds.replay,
+            depth_read: select.depth_read,
+            depth_write: select.depth_write,
+            colour_read: blend.colour_read,
+            colour_write: blend.colour_write,
+        };
+        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+
+        Out {
+            phase: done.phase,
+            fragment: i.fragment.with(front.status.ready),
+            image: front.status.image.with(i.image_ready),
+            replay: front.status.replay,
+            passed: front.passed.with(selector_ready),
+            popped: popped.with(selector_ready),
+            pushed: select.pushed.with(queue.ready),
+            picked: picked.with(true),
+            events: Events {
+                drawn: done.drawn,
+                hidden: done.hidden,
+                culled_early: done.culled,
+                spilled: queued.spilled,
+                dropped: select.dropped,
+                again: round.again,
+                round_ends: rounds.replay,
+                round_failed: rounds.replay && round.failed,
+                pass_begins: pass.begins,
+                culled_late: select.culled,
+                blended: blend.blended,
+                scanout: front.status.shows,
+                frame_done: done.frame_done,
+            },
+        }
+    }
+}

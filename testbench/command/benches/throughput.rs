@@ -1,0 +1,129 @@
+//! How fast the simulation is: `cargo bench`.
+//!
+//! The item of `cycles_*` is a simulated clock cycle of the whole machine, from reset to the last
+//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files.
+
+use divan::{Bencher, counter::ItemsCount};
+use pellucid_hw::architecture;
+use pellucid_machine::pixel::Screen;
+use pellucid_machine::{Item, Model};
+use pellucid_testbench::bench::{Bench, BenchError};
+use pellucid_testbench::golden::Golden;
+use pellucid_testbench::recorder::WaveJob;
+use pellucid_testbench::scene::{Options, Scene};
+use pellucid_testbench::trial::CaseError;
+use pellucid_testbench::window::Window;
+use std::path::Path;
+
+const DRAGON: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes/dragon_vrip.ply.gz");
+
+fn main() {
+    divan::main();
+}
+
+fn open(name: &str, width: Option<u32>, height: Option<u32>) -> Scene {
+    Scene::open(name, &Options { width, height, ..Options::default() }).unwrap()
+}
+
+fn machine(arch: &str, preset: &str, screen: Screen) -> Box<dyn Model> {
+    architecture(arch).unwrap().build(screen, Some(preset), &[]).unwrap()
+}
+
+/// One frame through a new machine; the cycles that it took.
+fn cycles(model: &dyn Model, frame: &[Item], wave: Option<&WaveJob>) -> u64 {
+    let mut bench = Bench::new(model);
+    if let Some(wave) = wave {
+        bench.record(wave, "machine").unwrap();
+    }
+    frame.iter().try_for_each(|item| bench.send(item)).unwrap();
+    bench.end_frame().unwrap();
+    assert_eq!(bench.finish_wave().lost, None);
+    bench.cycles()
+}
+
+fn bench_cycles(
+    bencher: Bencher,
+    scene: &str,
+    (arch, preset): (&str, &str),
+    wave: Option<&WaveJob>,
+) {
+    let scene = open(scene, None, None);
+    let model = machine(arch, preset, scene.info());
+    let mut frame = vec![];
+    scene
+        .play::<BenchError>(&mut |fragment| {
+            frame.push(fragment.into());
+            Ok(())
+        })
+        .unwrap();
+    let count = cycles(&*model, &frame, None);
+    bencher.counter(ItemsCount::new(count)).bench_local(|| cycles(&*model, &frame, wave));
+}
+
+#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
+fn cycles_untraced(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, ("tbuffer", "fast"), None);
+}
+
+#[divan::bench(args = ["paper-480"], sample_count = 5)]
+fn cycles_untraced_paper(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, ("tbuffer", "paper"), None);
+}
+
+#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
+fn cycles_untraced_rbuffer(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, ("rbuffer", "on-chip"), None);
+}
+
+#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
+fn cycles_untraced_mbuffer(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, ("mbuffer", "registers"), None);
+}
+
+#[divan::bench(args = ["paper-480"], sample_count = 5)]
+fn cycles_untraced_mbuffer_memory(bencher: Bencher, scene: &str) {
+    bench_cycles(bencher, scene, ("mbuffer", "memory"), None);
+}
+
+/// With a waveform of these cycles.
+fn bench_traced(bencher: Bencher, scene: &str, window: Window) {
+    let folder = tempfile::tempdir().unwrap();
+    let wave = WaveJob::new(&folder.path().join("wave.vcd"), &[window]);
+    bench_cycles(bencher, scene, ("tbuffer", "fast"), Some(&wave));
+}
+
+#[divan::bench(args = ["paper-480"], sample_count = 3)]
+fn cycles_traced(bencher: Bencher, scene: &str) {
+    bench_traced(bencher, scene, Window::Cycles { from: 0, to: u64::MAX });
+}
+
+/// Nearly all of it is outside of the window: as fast as `cycles_untraced`.
+#[divan::bench(args = ["paper-480"], sample_count = 10)]
+fn cycles_outside_a_window(bencher: Bencher, scene: &str) {
+    bench_traced(bencher, scene, Window::Cycles { from: 0, to: 10 });
+}
+
+fn play(scene: &Scene) -> u64 {
+    let golden = Golden::new(scene.info());
+    let (reference, ()) = golden.judge::<_, CaseError>(|sink| scene.play(sink)).unwrap();
+    let mut bench = Bench::new(&*machine("tbuffer", "fast", scene.info()));
+    scene.play::<BenchError>(&mut |fragment| bench.send(&fragment.into())).unwrap();
+    bench.end_frame().unwrap();
+    assert_eq!(bench.take_images(), [reference.image]);
+    bench.cycles()
+}
+
+#[divan::bench(sample_count = 10)]
+fn play_paper_480() -> u64 {
+    play(&open("paper-480", None, None))
+}
+
+#[divan::bench(sample_count = 3)]
+fn play_dragon(bencher: Bencher) {
+    if !Path::new(DRAGON).exists() {
+        println!("skipped: {DRAGON} is missing");
+        return;
+    }
+    bencher.bench(|| play(&open(DRAGON, Some(1280), Some(720))));
+}

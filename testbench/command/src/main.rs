@@ -1,0 +1,249 @@
+//! The command `pellucid`: what is asked, and the exit status.
+//!
+//! 0: done and right. 1: the run's result is wrong or lossy. 2: bad input or usage, or a file that cannot be written.
+//! 130: stopped by a signal; what was not complete has been removed, but for a waveform, which is kept as far as it goes.
+
+mod area;
+mod compare;
+mod export;
+mod list;
+mod machine;
+mod reproduce;
+mod run;
+mod trace;
+mod wave;
+
+use clap::error::{ContextKind, ContextValue};
+use clap::{Args, Parser, Subcommand};
+use pellucid_machine::pixel::MAX_SIDE;
+use pellucid_testbench::bench::BenchError;
+use pellucid_testbench::output::partial::leave_behind;
+use pellucid_testbench::output::{OutputError, abandon};
+use pellucid_testbench::scene::{AlphaRule, Camera, Options, built_in};
+use pellucid_testbench::scoreboard::Verdict;
+use pellucid_testbench::source::{Source, SourceError};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The result is wrong or lossy.
+const WRONG: u8 = 1;
+/// Bad input or usage.
+const BAD_INPUT: u8 = 2;
+/// A signal came.
+const STOPPED: i32 = 130;
+
+/// What the help says of the exit status.
+const STATUS: &str = "Exit status: 0 done and right, 1 the run's result is wrong or lossy, 2 bad input \
+                      or usage, 130 stopped by a signal";
+
+/// Clocked hardware models for order-independent transparency.
+///
+/// Without a command: `run`.
+#[derive(Parser)]
+#[command(name = "pellucid", version, args_conflicts_with_subcommands = true, after_help = STATUS)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    run: run::RunArgs,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Sends one frame through one architecture; leaves image, figures and waveform
+    Run(run::RunArgs),
+    /// Sends scenes through several machines; leaves their figures side by side, with plots
+    Compare(compare::CompareArgs),
+    /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
+    Export(export::ExportArgs),
+    /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
+    Area(area::AreaArgs),
+    /// Makes a paper's comparison again, with its printed figures beside what is counted
+    Reproduce(reproduce::ReproduceArgs),
+    /// Writes a scene's fragments to a trace file
+    Trace(trace::TraceArgs),
+    /// Lists architectures with their parameters, and scenes
+    List(list::ListArgs),
+}
+
+/// What is said of a result that is not right.
+const NOT_RIGHT: &str = "The result is wrong or lossy: see what is said on standard error.";
+
+/// The scene where none is named.
+const DEFAULT_SCENE: &str = "glass";
+
+/// Which frame, and how it is seen.
+#[derive(Args)]
+struct SceneArgs {
+    /// A built-in scene (see `pellucid list`), a mesh (.obj, .ply, .ply.gz, .gltf, .glb) or a trace
+    /// (.csv, .ptrace)
+    #[arg(long, default_value = DEFAULT_SCENE, value_name = "NAME|FILE")]
+    scene: String,
+    #[command(flatten)]
+    view: ViewArgs,
+}
+
+impl SceneArgs {
+    fn open(&self) -> Result<Source, SourceError> {
+        self.view.open(&self.scene)
+    }
+}
+
+/// How a frame is seen.
+#[derive(Args)]
+struct ViewArgs {
+    /// Columns of the screen, 1 to 8192 [default: 640]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true)]
+    width: Option<u32>,
+    /// Rows of the screen, 1 to 8192 [default: 480]
+    #[arg(long, value_name = "PIXELS", value_parser = side, allow_hyphen_values = true)]
+    height: Option<u32>,
+    /// Eye, point looked at and vertical field of view in degrees: `EX,EY,EZ:TX,TY,TZ[:FOV]`
+    /// [default: fits the mesh]
+    #[arg(long, value_name = "EYE:TARGET[:FOV]", allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Opacity 0 to 1 of all meshes, or of the one of that name; may be given several times
+    #[arg(long, value_name = "[NAME=]ALPHA")]
+    alpha: Vec<AlphaRule>,
+}
+
+impl ViewArgs {
+    fn open(&self, scene: &str) -> Result<Source, SourceError> {
+        let options = Options {
+            width: self.width,
+            height: self.height,
+            camera: self.camera,
+            alphas: self.alpha.clone(),
+        };
+        Source::open(scene, &options)
+    }
+
+    /// What is given of it: options with their values.
+    fn given(&self) -> Vec<(&'static str, String)> {
+        let width = self.width.map(|width| ("--width", width.to_string()));
+        let height = self.height.map(|height| ("--height", height.to_string()));
+        let camera = self.camera.map(|camera| ("--camera", camera.to_string()));
+        let alphas = self.alpha.iter().map(|alpha| ("--alpha", alpha.to_string()));
+        width.into_iter().chain(height).chain(camera).chain(alphas).collect()
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(mut error) => {
+            hint_at_scene(&mut error);
+            // Help and version are asked for; anything else is bad usage, which clap words itself.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { BAD_INPUT } else { 0 });
+        }
+    };
+    // Where no handler can be set, a signal ends the process as it does any other.
+    let _ = ctrlc::set_handler(stop);
+    let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
+        Command::Run(args) => run::run(&args),
+        Command::Compare(args) => compare::compare(&args),
+        Command::Export(args) => export::export(&args),
+        Command::Area(args) => area::area(&args),
+        Command::Reproduce(args) => reproduce::reproduce(&args),
+        Command::Trace(args) => trace::trace(&args),
+        Command::List(args) => list::list(&args),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(WRONG),
+        Err(error) => {
+            complain(&error.to_string());
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// Adds to an error over a command that there is not, if it looks like a scene, how a scene is given.
+fn hint_at_scene(error: &mut clap::Error) {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
+        return;
+    };
+    if !built_in().iter().any(|scene| scene.name == word) && Path::new(word).extension().is_none() {
+        return;
+    }
+    let tip = format!("a scene is given as '--scene {}'", quoted(word));
+    error.remove(ContextKind::SuggestedSubcommand);
+    error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+}
+
+/// A side of the screen in pixels.
+fn side(text: &str) -> Result<u32, String> {
+    let side = text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
+    side.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SIDE}"))
+}
+
+/// What a run gave. A model at fault is told of, with `about` before it, and gives nothing.
+fn finished<T>(done: Result<T, BenchError>, about: &str) -> anyhow::Result<Option<T>> {
+    match done {
+        Ok(done) => Ok(Some(done)),
+        Err(BenchError::Source(error)) => Err(error.into()),
+        Err(BenchError::Output(error)) => Err(error.into()),
+        Err(BenchError::Wave(error)) => Err(error.into()),
+        Err(BenchError::Room(error)) => Err(error.into()),
+        Err(wrong) => {
+            complain(&format!("{about}{wrong}"));
+            Ok(None)
+        }
+    }
+}
+
+/// Tells what is wrong with a run, with `about` before each fault; whether it passes.
+fn passes(verdict: &Verdict, allow_drops: bool, about: &str) -> bool {
+    let passes = verdict.passes(allow_drops);
+    for fault in verdict.faults() {
+        tell(&format!("{}: {about}{fault}", if passes { "warning" } else { "error" }));
+    }
+    passes
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+:,=".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+/// Ends the process on a signal, whatever it is at.
+fn stop() {
+    // A progress bar may stand in the line.
+    let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    let kept = leave_behind().into_iter().map(|path| {
+        format!("; the waveform is kept as far as it was written: `{}`", path.display())
+    });
+    tell(&format!(
+        "{line}error: stopped by a signal, the files that were not complete are removed{}",
+        kept.collect::<String>()
+    ));
+    abandon(STOPPED)
+}
+
+/// Prints to standard output. A reader that has gone away is no error: it has seen enough.
+fn say(text: &str) -> Result<(), OutputError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(OutputError::write(Path::new("standard output"), &error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints to standard error what is wrong, as one sentence.
+fn complain(text: &str) {
+    tell(&format!("error: {text}"));
+}
+
+/// Prints a line to standard error, as far as there is one.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}

@@ -1,0 +1,164 @@
+//! `pellucid run`: one frame, or several in a row, through one architecture.
+
+use super::machine::MachineArgs;
+use super::wave::WaveArgs;
+use super::{NOT_RIGHT, SceneArgs, complain, finished, passes, say, tell};
+use anyhow::bail;
+use clap::Args;
+use comfy_table::Table;
+use pellucid_testbench::bench::BenchError;
+use pellucid_testbench::output::OutputFolder;
+use pellucid_testbench::progress::Progress;
+use pellucid_testbench::recorder::{WaveJob, WaveReport};
+use pellucid_testbench::report::grouped;
+use pellucid_testbench::trial::{Case, Trial};
+use pellucid_waveforms::Marker;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next; figures
+    /// are those of all frames together
+    #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
+    frames: u32,
+    /// The folder for image.png (image-000.png and so on, if there are several frames), stats.json, stats.csv, the
+    /// waveform and how viewers show it
+    #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
+    out: PathBuf,
+    /// Dropped fragments are no failure, only a warning
+    #[arg(long)]
+    allow_drops: bool,
+    /// Print every figure as well, as a table
+    #[arg(long)]
+    details: bool,
+    /// Print nothing but errors and warnings
+    #[arg(long, short, conflicts_with_all = ["details", "json"])]
+    quiet: bool,
+    /// Print the figures as JSON and nothing else
+    #[arg(long, conflicts_with = "details")]
+    json: bool,
+    #[command(flatten)]
+    wave: WaveArgs,
+}
+
+/// The most frames of a run.
+const MOST_FRAMES: u32 = 1000;
+
+/// A number of frames.
+fn frames(text: &str) -> Result<u32, String> {
+    let frames = text.parse().ok().filter(|frames| (1..=MOST_FRAMES).contains(frames));
+    frames.ok_or_else(|| format!("expected a whole number from 1 to {MOST_FRAMES}"))
+}
+
+/// Runs; whether the result is right.
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
+    let arch = args.machine.arch()?;
+    let source = args.scene.open()?;
+    if args.frames > 1 && source.later(1).is_none() {
+        bail!(
+            "--frames {}: `{}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
+             `teapot` or a mesh",
+            args.frames,
+            args.scene.scene
+        );
+    }
+    let screen = source.screen();
+    let machine = args.machine.build(screen)?;
+    let _folder = OutputFolder::claim(&args.out)?;
+
+    let mut progress = Progress::new("golden model", None, args.quiet);
+    let case = Case::new(&args.scene.scene, source, &*machine, &mut progress)?;
+    let case = case.with_frames(args.frames, &*machine, &mut progress)?;
+    let wave = args.wave.job(&args.out, &*machine, case.items)?;
+    progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
+    let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);
+    if let (Ok(done), Some(wave)) = (&trial, &wave)
+        && !done.verdict.passes(args.allow_drops)
+        && let Some(window) = done.verdict.place()
+    {
+        trial = case.run_again(arch.name, &*machine, wave, window, &mut progress);
+    }
+    drop(progress);
+    let unseen = matches!(trial, Err(BenchError::Unseen { .. }));
+    let Some(trial) = finished(trial, "")? else {
+        if let Some(wave) = &wave
+            && !unseen
+        {
+            tell(&format!("The cycles before are in `{}`.", wave.path.display()));
+        }
+        return Ok(false);
+    };
+    let Trial { images, verdict, report, wave: seen } = trial;
+    for (image, path) in images.iter().zip(image_paths(args)) {
+        image.write_png(&path)?;
+    }
+    report.write(&args.out)?;
+    seen.notes.iter().for_each(|note| tell(&format!("note: {note}")));
+
+    let passes = passes(&verdict, args.allow_drops, "");
+    if args.json {
+        say(&format!("{:#}\n", report.json()))?;
+    } else if !args.quiet {
+        let details = if args.details {
+            report.table(Table::new().width())
+        } else {
+            "All figures: `--details` prints them.\n".to_string()
+        };
+        let result = verdict.approval().unwrap_or(NOT_RIGHT.to_string());
+        let files = files(args, wave.as_ref(), &seen);
+        say(&format!("{result}\n{}\n{files}\n{details}", report.headline()))?;
+    }
+    match seen.lost {
+        None => Ok(passes),
+        Some(lost) if passes => Err(lost.into()),
+        Some(lost) => {
+            complain(&lost.to_string());
+            Ok(false)
+        }
+    }
+}
+
+/// Where the image of each frame is.
+fn image_paths(args: &RunArgs) -> impl Iterator<Item = PathBuf> {
+    (0..args.frames).map(|frame| match args.frames {
+        1 => args.out.join("image.png"),
+        _ => args.out.join(format!("image-{frame:03}.png")),
+    })
+}
+
+/// Where everything is.
+fn files(args: &RunArgs, wave: Option<&WaveJob>, seen: &WaveReport) -> String {
+    let mut images = image_paths(args);
+    let mut files: Vec<(PathBuf, &str)> = vec![];
+    files.extend(images.next().map(|path| (path, "the image")));
+    files.extend(images.last().map(|path| (path, "the last of the images, one for each frame")));
+    files.extend([
+        (args.out.join("stats.json"), "the figures, with unit and meaning of each"),
+        (args.out.join("stats.csv"), "the same as a table"),
+    ]);
+    if let (Some(WaveJob { path, .. }), None) = (wave, &seen.lost) {
+        files.push((path.clone(), "the waveform"));
+        let gtkwave = "how GTKWave shows it: `gtkwave` takes this file";
+        files.push((path.with_extension("gtkw"), gtkwave));
+        files.push((
+            path.with_extension("sucl"),
+            "how Surfer shows it: `surfer -c` takes this file",
+        ));
+    }
+    let mut text = String::new();
+    for (path, what) in files {
+        text += &format!("  {:32} {what}\n", path.display());
+    }
+    if !seen.markers.is_empty() {
+        text += "\nMarkers of the waveform\n";
+        for (letter, Marker { cycle, name }) in ('A'..='Z').zip(&seen.markers) {
+            text += &format!("  {letter} cycle {:>12}  {name}\n", grouped(&json!(cycle)));
+        }
+    }
+    text
+}

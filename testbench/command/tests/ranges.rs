@@ -1,0 +1,134 @@
+//! Exported machines at the ends of every parameter's range, and on the smallest screens: there a comparison may be
+//! constant, a number have no bit more than it needs, a memory a single word.
+
+mod tools;
+
+use pellucid_hw::ARCHITECTURES;
+use pellucid_machine::Architecture;
+use pellucid_machine::params::Param;
+use pellucid_machine::pixel::Screen;
+use pellucid_sim::join;
+use pellucid_sim::netlist::Module;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::process::Command;
+
+/// A machine: architecture, sides of the screen, settings.
+type Machine = (&'static Architecture, [u32; 2], Vec<String>);
+
+/// Both ends of a parameter's range, or each of its choices.
+fn ends(param: &Param) -> Vec<String> {
+    match param.range.strip_prefix("a whole number from ") {
+        Some(numbers) => numbers.split(" to ").map(String::from).collect(),
+        None => param.range.split('`').skip(1).step_by(2).map(String::from).collect(),
+    }
+}
+
+/// What an end of a range needs beside it, and what makes a machine smaller.
+fn beside(arch: &str, name: &str, end: &str) -> &'static [&'static str] {
+    match (arch, name, end) {
+        ("tbuffer", "allocator", "bitmap") => &["sections=64", "outside_sections=64"],
+        ("mbuffer", "allocator", "bitmap") => &["overflow_sections=64", "outside_sections=64"],
+        ("rbuffer", "queue", _) => &["outside_queue=0"],
+        ("rbuffer", "outside_queue", _) => &["overflow=replay"],
+        ("composer", "engines", _) => &[],
+        ("composer", ..) => &["engines=2"],
+        _ => &[],
+    }
+}
+
+/// The smallest screens, and the lower end of every parameter's range.
+fn small() -> Vec<Machine> {
+    let screens = [[1, 1], [1, 5], [5, 1]];
+    let screens = ARCHITECTURES.iter().flat_map(|arch| screens.map(|sides| (*arch, sides, vec![])));
+    screens.chain(at(|ends| ends.into_iter().take(1).collect())).collect()
+}
+
+/// The upper end of every parameter's range, and its other choices.
+fn large() -> Vec<Machine> {
+    at(|ends| ends.into_iter().skip(1).collect())
+}
+
+/// Machines with a parameter at one of the ends of its range that `chosen` leaves of them.
+fn at(chosen: fn(Vec<String>) -> Vec<String>) -> Vec<Machine> {
+    let mut all = vec![];
+    for arch in ARCHITECTURES.iter().copied() {
+        // A fragment store's parameters are those of a machine of its own.
+        for param in (arch.parameters)().iter().filter(|param| !param.name.contains('.')) {
+            for end in chosen(ends(param)) {
+                // Verilator reads a module of which there are so many for more than ten minutes.
+                if (arch.name, &param.name[..], &end[..]) == ("composer", "engines", "1024") {
+                    continue;
+                }
+                let beside = beside(arch.name, &param.name, &end).iter().map(|set| set.to_string());
+                let settings = beside.chain([format!("{}={end}", param.name)]).collect();
+                all.push((arch, [3, 64], settings));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn verilator_has_no_complaint_about_small_machines() {
+    lint(small());
+}
+
+#[test]
+#[ignore = "takes more than ten minutes"]
+fn verilator_has_no_complaint_about_large_machines() {
+    lint(large());
+}
+
+fn lint(machines: Vec<Machine>) {
+    if !tools::have(&["verilator"]) {
+        return;
+    }
+    machines.par_iter().for_each(|(arch, [width, height], settings)| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut export = Command::new(env!("CARGO_BIN_EXE_pellucid"));
+        export.args(["export", "--quiet", "--arch", arch.name, "--scene", "panes"]);
+        export.args(["--width", &width.to_string(), "--height", &height.to_string()]);
+        export.args(settings.iter().flat_map(|setting| ["-p", setting])).arg("--out");
+        let done = export.arg(folder.path()).output().unwrap();
+        let text = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{}, {settings:?}: {text}", arch.name);
+
+        let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
+        let mut lint = Command::new("verilator");
+        lint.args(["--lint-only", "-Wall", "--top-module", arch.name]);
+        lint.args(list.lines().filter(|file| !file.starts_with("lockstep")));
+        let lint = lint.current_dir(folder.path()).output().unwrap();
+        let text = [lint.stdout, lint.stderr].concat();
+        let text = String::from_utf8_lossy(&text);
+        assert_eq!(text, "", "{}, {width}x{height}, {settings:?}", arch.name);
+    });
+}
+
+/// Registers of a machine that its Verilog has: those that ever change.
+fn exported(module: &Module) -> BTreeSet<String> {
+    let own = (0..module.registers.len())
+        .filter(|k| module.owner(*k).is_none() && !module.is_constant(*k))
+        .map(|k| module.registers[k].path.clone());
+    let of_children = module
+        .instances
+        .iter()
+        .flat_map(|child| exported(&child.module).into_iter().map(|path| join(&child.path, &path)));
+    own.chain(of_children).collect()
+}
+
+/// A waveform has no register that the Verilog of the machine as it comes has not, but for the R-buffer's rounds: they stand
+/// still where no frame is sent again.
+#[test]
+fn what_a_waveform_shows_is_in_the_verilog() {
+    let screen = Screen { width: 3, height: 64, background: 0 };
+    for arch in ARCHITECTURES {
+        let netlist = arch.build(screen, None, &[]).unwrap().netlist();
+        let exported = exported(&netlist);
+        let shown = netlist.registers.iter().map(|register| &register.path);
+        let stands_still = |path: &str| arch.name == "rbuffer" && path.starts_with("rounds.");
+        let missing: Vec<_> =
+            shown.filter(|path| !exported.contains(*path) && !stands_still(path)).collect();
+        assert!(missing.is_empty(), "{}: {missing:?}", arch.name);
+    }
+}

@@ -1,0 +1,82 @@
+//! A run: frames through a machine.
+
+use crate::bench::{Bench, BenchError};
+use crate::image::Image;
+use crate::progress::Progress;
+use crate::recorder::{WaveJob, WaveReport};
+use crate::source::Source;
+use pellucid_machine::{Model, Tally};
+
+/// What is asked of a run.
+pub struct Job<'a> {
+    /// The first frame.
+    pub source: &'a Source,
+    /// How many there are, played in a row: the next one may come while the one before is still being shown. Each is
+    /// as [`Source::later`] has it, so that there is more than one only where that gives any.
+    pub frames: u32,
+    /// How often they are played before the time that counts, so that memories and free sections are as a running
+    /// machine has them.
+    pub warm_up: u32,
+    /// The most cycles that it may take, if there is a limit.
+    pub most_cycles: Option<u64>,
+    /// The waveform.
+    pub wave: Option<&'a WaveJob>,
+    /// Told of every item.
+    pub progress: &'a mut Progress,
+}
+
+/// What a run gives.
+pub struct Outcome {
+    /// The images, one for each frame.
+    pub images: Vec<Image>,
+    /// What was counted.
+    pub tally: Tally,
+    /// What the waveform has.
+    pub wave: WaveReport,
+}
+
+/// Runs the frames.
+///
+/// # Errors
+/// See [`BenchError`].
+pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
+    let Job { source, frames, warm_up, most_cycles, wave, progress } = job;
+    let within = |bench: &Bench| match most_cycles {
+        Some(most) if bench.cycles() > most => Err(BenchError::TooLong(most)),
+        _ => Ok(()),
+    };
+    let mut bench = Bench::new(model);
+    bench.reserve()?;
+    if let Some(wave) = wave {
+        bench.record(wave, "machine")?;
+    }
+    let ((), wave) = bench.traced(|bench| {
+        for left in (0..=warm_up).rev() {
+            if left < warm_up {
+                // What came before has left its traces in the memories alone.
+                bench.take_images();
+                bench.count_anew();
+                progress.turn_to("simulating");
+            }
+            for number in 0..frames {
+                let later = if number > 0 { source.later(number) } else { None };
+                let source = later.as_ref().unwrap_or(source);
+                bench.frame(|bench| {
+                    source.play(model.kind(), &mut |item| {
+                        progress.step();
+                        bench.send(item)?;
+                        within(bench)
+                    })
+                })?;
+            }
+            progress.turn_to("resolving");
+            bench.wait_for(frames as usize, |bench, cycles| {
+                progress.steps(cycles);
+                within(bench)
+            })?;
+        }
+        Ok(())
+    })?;
+    let images = bench.take_images();
+    Ok(Outcome { images, tally: bench.tally(), wave })
+}
