@@ -200,6 +200,7 @@ impl Signals for () {
 }
 
 /// How many bits hold every value in `0..=max`; at least 1.
+#[inline]
 pub fn bits_for(max: u64) -> u32 {
     (u64::BITS - max.leading_zeros()).max(1)
 }

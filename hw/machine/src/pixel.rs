@@ -52,6 +52,7 @@ impl Screen {
         self.width * self.height
     }
     /// Bits of a pixel's number.
+    #[inline]
     pub fn pixel_bits(&self) -> u32 {
         bits_for(u64::from(self.pixels() - 1))
     }

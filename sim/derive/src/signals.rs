@@ -230,7 +230,7 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
     Ok(quote! {
         impl #impl_generics ::pellucid_sim::netlist::Lift for #name #ty_generics #where_clause {
             fn lift(self) -> ::pellucid_sim::netlist::Value {
-                ::pellucid_sim::netlist::Value::record([#(#lift),*])
+                ::pellucid_sim::netlist::Value::record(&[#(#lift),*])
             }
         }
         #[allow(unused_variables)]

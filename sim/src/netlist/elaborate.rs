@@ -144,8 +144,64 @@ pub struct Instance {
     pub inputs: Vec<Node>,
     state: Option<Rc<str>>,
     memory: Option<Rc<str>>,
-    moore: Value,
     called: bool,
+}
+
+/// A block of any type, of one configuration: what [`build`] needs of it.
+trait Twins {
+    fn name(&self) -> &'static str;
+    fn source(&self) -> &'static str;
+    fn storages(&self) -> Vec<Storage>;
+    fn state(&self) -> Shape;
+    fn inputs(&self) -> Shape;
+    fn moore_outputs(&self) -> Shape;
+    fn outputs(&self) -> Shape;
+    /// Its registers after reset.
+    fn reset(&self) -> Vec<u64>;
+    fn moore(&self, q: Value, m: Value) -> Value;
+    fn next(&self, q: Value, m: Value, i: Value) -> [Value; 3];
+}
+
+struct Of<'a, B: Netlist>(&'a B::Config);
+
+impl<B: Netlist> Twins for Of<'_, B> {
+    fn name(&self) -> &'static str {
+        B::name(self.0)
+    }
+    fn source(&self) -> &'static str {
+        B::source(self.0)
+    }
+    fn storages(&self) -> Vec<Storage> {
+        let mut storages = vec![];
+        B::memories(self.0).visit("", &mut |path, storage| {
+            let word = Shape::of(|to| storage.word("", to));
+            storages.push(Storage { path: path.to_string(), info: storage.info(), word });
+        });
+        storages
+    }
+    fn state(&self) -> Shape {
+        Shape::of(|to| B::declare_state(self.0, to))
+    }
+    fn inputs(&self) -> Shape {
+        Shape::of(|to| B::declare_in(self.0, to))
+    }
+    fn moore_outputs(&self) -> Shape {
+        Shape::of(|to| B::declare_moore(self.0, to))
+    }
+    fn outputs(&self) -> Shape {
+        Shape::of(|to| B::declare_out(self.0, to))
+    }
+    fn reset(&self) -> Vec<u64> {
+        let mut reset = vec![];
+        (B::numbers().state)(self.0, &B::reset(self.0), &mut reset);
+        reset
+    }
+    fn moore(&self, q: Value, m: Value) -> Value {
+        B::moore_netlist(self.0, q, m)
+    }
+    fn next(&self, q: Value, m: Value, i: Value) -> [Value; 3] {
+        B::next_netlist(self.0, q, q, m, i)
+    }
 }
 
 /// A memory of the block that is being elaborated, used or not.
@@ -178,18 +234,18 @@ fn within(path: &str, place: &str) -> bool {
 }
 
 /// The memory whose ports are `value`, if they are a memory's.
-fn storage_of(value: &Value) -> Option<usize> {
+fn storage_of(value: Value) -> Option<usize> {
     let place = value.place()?;
     with(|b| b.storages.iter().position(|s| *s.path == *place))
 }
 
 /// What ports the memory has whose ports are `value`, if they are a memory's.
-pub(super) fn ports_of(value: &Value) -> Option<Ports> {
+pub(super) fn ports_of(value: Value) -> Option<Ports> {
     storage_of(value).map(|k| with(|b| b.storages[k].info.ports))
 }
 
 /// What the memory shows whose ports are `value`.
-pub(super) fn shown_by(value: &Value) -> Value {
+pub(super) fn shown_by(value: Value) -> Value {
     let storage = storage_of(value).expect("a memory is asked for what it shows");
     let (ram, word, words) = with(|b| {
         let ram = b.used.iter().position(|k| *k == storage).unwrap_or_else(|| {
@@ -207,12 +263,12 @@ pub(super) fn shown_by(value: &Value) -> Value {
         Node::driven(Op::ReadData { ram, field }, leaf.width, Type::of(leaf.kind))
     });
     let valid = Node::driven(Op::ReadValid(ram), 1, Type::Flag);
-    Value::record([("valid", Value::Wire(valid)), ("data", data)])
+    Value::record(&[("valid", Value::Wire(valid)), ("data", data)])
 }
 
 /// The wires of a value, cut or extended to the signals of a shape by whoever uses them.
-fn nodes(shape: &Shape, value: &Value) -> Vec<Node> {
-    shape.wires(value).iter().map(Value::wire).collect()
+fn nodes(shape: &Shape, value: Value) -> Vec<Node> {
+    shape.wires(value).into_iter().map(Value::wire).collect()
 }
 
 /// Memory ports at the start of a cycle: nothing is asked.
@@ -220,14 +276,14 @@ fn idle_ports(storages: &[Storage]) -> Value {
     let flag = || Value::Wire(Node::flag(false));
     let mut root = Value::at_root();
     for Storage { path, info, .. } in storages {
-        let read = || Value::record([("en", flag()), ("addr", Value::Unused)]);
+        let read = || Value::record(&[("en", flag()), ("addr", Value::Unused)]);
         let write = || {
             let unused = [("addr", Value::Unused), ("data", Value::Unused)];
-            Value::record([("en", flag()), ("write", flag())]).updated(unused)
+            Value::record(&[("en", flag()), ("write", flag())]).updated(&unused)
         };
         let ports = match info.ports {
-            Ports::OneReadOneWrite => Value::record([("read", read()), ("write", write())]),
-            Ports::One => Value::record([("port", write())]),
+            Ports::OneReadOneWrite => Value::record(&[("read", read()), ("write", write())]),
+            Ports::One => Value::record(&[("port", write())]),
         };
         root.insert(path, ports);
     }
@@ -240,19 +296,17 @@ fn idle_ports(storages: &[Storage]) -> Value {
 /// If the block breaks a rule of the exportable subset that the compiler cannot see: it reads a
 /// register of a child, or clocks a child twice.
 pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
+    build(&Of::<B>(cfg))
+}
+
+fn build(block: &dyn Twins) -> Module {
     Graph::begin();
-    let mut builder = Builder::default();
-    B::memories(cfg).visit("", &mut |path, storage| {
-        let word = Shape::of(|to| storage.word("", to));
-        builder.storages.push(Storage { path: path.to_string(), info: storage.info(), word });
-    });
+    let builder = Builder { storages: block.storages(), ..Builder::default() };
     let ports = idle_ports(&builder.storages);
     BUILDERS.with_borrow_mut(|builders| builders.push(builder));
 
-    let state = Shape::of(|to| B::declare_state(cfg, to));
-    let inputs = Shape::of(|to| B::declare_in(cfg, to));
-    let outputs =
-        [Shape::of(|to| B::declare_moore(cfg, to)), Shape::of(|to| B::declare_out(cfg, to))];
+    let (state, inputs) = (block.state(), block.inputs());
+    let outputs = [block.moore_outputs(), block.outputs()];
     let register = |k: usize| {
         let leaf = &state.leaves[k];
         Node::driven(Op::Register(k), leaf.width, Type::of(leaf.kind))
@@ -262,14 +316,12 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
         let leaf = &inputs.leaves[k];
         Node::driven(Op::Input(k), leaf.width, Type::of(leaf.kind))
     });
-    let moore = B::moore_netlist(cfg, q.clone(), ports.clone());
-    let [out, d, m] = B::next_netlist(cfg, q.clone(), q, ports, i);
-    let mut driven = nodes(&outputs[0], &moore);
-    driven.extend(nodes(&outputs[1], &out));
+    let moore = block.moore(q, ports);
+    let [out, d, m] = block.next(q, ports, i);
+    let mut driven = nodes(&outputs[0], moore);
+    driven.extend(nodes(&outputs[1], out));
 
-    let mut reset = vec![];
-    (B::numbers().state)(cfg, &B::reset(cfg), &mut reset);
-    let next = state.wires(&d);
+    let (reset, next) = (block.reset(), state.wires(d));
     let registers: Vec<Register> = state
         .leaves
         .iter()
@@ -287,7 +339,7 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
         .with_borrow_mut(|builders| builders.pop())
         .unwrap_or_else(|| unreachable!("it was pushed above"));
     for instance in &mut instances {
-        let after = [(&instance.state, &d), (&instance.memory, &m)];
+        let after = [(&instance.state, d), (&instance.memory, m)];
         let clocked =
             after.into_iter().find_map(|(place, value)| match value.placed(place.as_deref()?) {
                 Value::Clocked(enable) => Some(enable),
@@ -310,15 +362,15 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
                 path: path.clone(),
                 info: *info,
                 word: word.clone(),
-                ask: ask(&ports, *info, word),
+                ask: ask(ports, *info, word),
             }
         })
         .collect();
 
     let graph = Graph::finish();
     let module = Module {
-        name: B::name(cfg),
-        source: B::source(cfg),
+        name: block.name(),
+        source: block.source(),
         graph,
         inputs,
         outputs,
@@ -331,27 +383,27 @@ pub fn elaborate<B: Netlist>(cfg: &B::Config) -> Module {
     module
 }
 
-fn ask(ports: &Value, info: StorageInfo, word: &Shape) -> Ask {
-    let wire = |port: &Value, name: &str| port.field(name).wire();
-    let data = |port: &Value| nodes(word, &port.field("data"));
+fn ask(ports: Value, info: StorageInfo, word: &Shape) -> Ask {
+    let wire = |port: Value, name: &str| port.field(name).wire();
+    let data = |port: Value| nodes(word, port.field("data"));
     match info.ports {
         Ports::OneReadOneWrite => {
             let (read, write) = (ports.field("read"), ports.field("write"));
             Ask::OneReadOneWrite {
-                read: wire(&read, "en"),
-                read_addr: wire(&read, "addr"),
-                write: wire(&write, "en"),
-                write_addr: wire(&write, "addr"),
-                data: data(&write),
+                read: wire(read, "en"),
+                read_addr: wire(read, "addr"),
+                write: wire(write, "en"),
+                write_addr: wire(write, "addr"),
+                data: data(write),
             }
         }
         Ports::One => {
             let port = ports.field("port");
             Ask::One {
-                en: wire(&port, "en"),
-                write: wire(&port, "write"),
-                addr: wire(&port, "addr"),
-                data: data(&port),
+                en: wire(port, "en"),
+                write: wire(port, "write"),
+                addr: wire(port, "addr"),
+                data: data(port),
             }
         }
     }
@@ -425,10 +477,10 @@ impl Module {
 }
 
 /// The instance whose registers are `q` and whose memories are `m`, made if it is not there.
-fn instance<B: Netlist>(cfg: &B::Config, q: &Value, m: &Value) -> usize {
+fn instance(block: &dyn Twins, q: Value, m: Value) -> usize {
     let (state, memory) = (q.place(), m.place());
     let place = state.clone().or(memory.clone()).unwrap_or_else(|| {
-        panic!("`{}` has neither registers nor memories of its own in its parent", B::name(cfg))
+        panic!("`{}` has neither registers nor memories of its own in its parent", block.name())
     });
     let found = with(|b| {
         b.instances.iter().position(|i| i.state.as_ref().or(i.memory.as_ref()) == Some(&place))
@@ -436,9 +488,7 @@ fn instance<B: Netlist>(cfg: &B::Config, q: &Value, m: &Value) -> usize {
     if let Some(k) = found {
         return k;
     }
-    let module = Rc::new(elaborate::<B>(cfg));
-    let k = with(|b| b.instances.len());
-    let moore = output_value(&module, k, 0);
+    let module = Rc::new(build(block));
     with(|b| {
         b.instances.push(Instance {
             path: place.to_string(),
@@ -447,11 +497,10 @@ fn instance<B: Netlist>(cfg: &B::Config, q: &Value, m: &Value) -> usize {
             inputs: vec![],
             state,
             memory,
-            moore,
             called: false,
         });
-    });
-    k
+        b.instances.len() - 1
+    })
 }
 
 /// Elaborates a block that stands alone, such as a whole machine: it has the outputs of [`Block::Out`], while
@@ -479,8 +528,13 @@ fn output_value(module: &Module, k: usize, group: usize) -> Value {
 
 /// The twin of a parent's call of [`Block::moore`].
 pub fn moore<B: Netlist>(cfg: &B::Config, q: Value, m: Value) -> Value {
-    let k = instance::<B>(cfg, &q, &m);
-    with(|b| b.instances[k].moore.clone())
+    moore_of(&Of::<B>(cfg), q, m)
+}
+
+fn moore_of(child: &dyn Twins, q: Value, m: Value) -> Value {
+    let k = instance(child, q, m);
+    let module = with(|b| b.instances[k].module.clone());
+    output_value(&module, k, 0)
 }
 
 /// The twin of a parent's call of [`Block::next`]: the outputs, and `d` and `m` after it.
@@ -488,15 +542,19 @@ pub fn moore<B: Netlist>(cfg: &B::Config, q: Value, m: Value) -> Value {
 /// # Panics
 /// If the child was clocked already.
 pub fn next<B: Netlist>(cfg: &B::Config, q: Value, m: Value, i: Value) -> [Value; 3] {
-    let k = instance::<B>(cfg, &q, &m);
+    next_of(&Of::<B>(cfg), q, m, i)
+}
+
+fn next_of(child: &dyn Twins, q: Value, m: Value, i: Value) -> [Value; 3] {
+    let k = instance(child, q, m);
     let module = with(|b| {
         let instance = &mut b.instances[k];
         assert!(!instance.called, "`{}` is clocked twice in one cycle", instance.path);
         instance.called = true;
         instance.module.clone()
     });
-    let inputs = nodes(&module.inputs, &i);
+    let inputs = nodes(&module.inputs, i);
     with(|b| b.instances[k].inputs = inputs);
     let clocked = Value::Clocked(Node::flag(true));
-    [output_value(&module, k, 1), clocked.clone(), clocked]
+    [output_value(&module, k, 1), clocked, clocked]
 }

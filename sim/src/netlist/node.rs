@@ -5,9 +5,11 @@
 //! what it can hold: a sum is one bit wider than its parts, a difference as wide as the larger, which
 //! is exact as long as the native arithmetic does not overflow.
 
+use super::value::Contents;
 use crate::signals::{Kind, States, bits_for};
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::rc::Rc;
 
 /// A wire of the module that is being elaborated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -160,6 +162,8 @@ pub struct Graph {
     /// Names of variables that hold nodes where two branches meet.
     pub hints: HashMap<Node, String>,
     known: HashMap<Driver, Node>,
+    /// What the bundles of hardware values hold.
+    pub(super) bundles: Vec<Rc<Contents>>,
 }
 
 thread_local! {
@@ -173,9 +177,10 @@ impl Graph {
     }
     /// Ends the graph that was begun last.
     pub fn finish() -> Graph {
-        GRAPHS.with_borrow_mut(|graphs| graphs.pop().expect("a graph was begun"))
+        let graph = GRAPHS.with_borrow_mut(|graphs| graphs.pop().expect("a graph was begun"));
+        Graph { bundles: vec![], ..graph }
     }
-    fn with<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
+    pub(super) fn with<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
         GRAPHS.with_borrow_mut(|graphs| {
             f(graphs.last_mut().expect("hardware values are made while a block is elaborated"))
         })

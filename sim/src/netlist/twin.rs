@@ -55,7 +55,7 @@ pub fn cast(a: Value, bits: u32) -> Value {
 }
 
 /// The condition of a branch.
-pub fn cond(a: &Value) -> Node {
+pub fn cond(a: Value) -> Node {
     a.wire()
 }
 
@@ -91,7 +91,7 @@ impl Value {
     }
     /// A stream's offer with the receiver's side: see [`crate::Stream::with`].
     pub fn with(self, ready: Value) -> Value {
-        Value::record([
+        Value::record(&[
             ("valid", self.field("valid")),
             ("ready", ready),
             ("payload", self.field("payload")),
@@ -105,36 +105,36 @@ impl Value {
     /// Asks a port, or a memory's port, for the word at `addr`.
     pub fn read(&mut self, addr: Value) {
         let ask = [("en", Value::Wire(Node::flag(true))), ("addr", addr)];
-        self.port("read", |port| port.updated(ask));
+        self.port("read", |port| port.updated(&ask));
     }
     /// Tells a memory how many of its words are of use: no hardware.
     pub fn holds(&mut self, _words: Value) {}
     /// Asks a port, or a memory's port, to put `data` at `addr`.
     pub fn write(&mut self, addr: Value, data: Value) {
         let yes = Value::Wire(Node::flag(true));
-        let ask = [("en", yes.clone()), ("write", yes), ("addr", addr), ("data", data)];
-        self.port("write", |port| port.updated(ask));
+        let ask = [("en", yes), ("write", yes), ("addr", addr), ("data", data)];
+        self.port("write", |port| port.updated(&ask));
     }
     /// Asks a memory's read port for what `user` asks, if anything.
     pub fn pass_read(&mut self, user: Value) {
-        self.port("read", |port| Value::choose(user.field("en").wire(), user.clone(), port));
+        self.port("read", |port| Value::choose(user.field("en").wire(), user, port));
     }
     /// Asks a memory's write port for what `user` asks, if anything.
     pub fn pass_write(&mut self, user: Value) {
-        self.port("write", |port| Value::choose(user.field("en").wire(), user.clone(), port));
+        self.port("write", |port| Value::choose(user.field("en").wire(), user, port));
     }
     /// Asks a memory's only port, or that of its two ports which does it, for what `user` asks, if anything.
     pub fn pass(&mut self, user: Value) {
-        let (mut reads, mut writes) = (self.clone(), self.clone());
+        let (mut reads, mut writes) = (*self, *self);
         reads.read(user.field("addr"));
         writes.write(user.field("addr"), user.field("data"));
         let asks = Value::choose(user.field("write").wire(), writes, reads);
-        *self = Value::choose(user.field("en").wire(), asks, self.clone());
+        *self = Value::choose(user.field("en").wire(), asks, *self);
     }
 
     /// Changes one port: of a memory that one of its ports, or its only one; else the value itself.
     fn port(&mut self, name: &'static str, change: impl FnOnce(Value) -> Value) {
-        let step = match super::elaborate::ports_of(self) {
+        let step = match super::elaborate::ports_of(*self) {
             None => None,
             Some(crate::Ports::OneReadOneWrite) => Some(name),
             Some(crate::Ports::One) => Some("port"),
@@ -144,11 +144,11 @@ impl Value {
                 let changed = change(self.field(step));
                 self.set(&[Step::Field(step)], changed);
             }
-            None => *self = change(self.clone()),
+            None => *self = change(*self),
         }
     }
     /// What a memory shows.
-    pub fn q(&self) -> Value {
+    pub fn q(self) -> Value {
         super::elaborate::shown_by(self)
     }
 }

@@ -1,14 +1,15 @@
 //! Hardware values: what a variable of a next-state function is while a netlist is built from it.
 //!
 //! A value is a wire or a bundle of values by name or by number. Where two branches meet, a value is
-//! chosen field by field ([`Value::choose`]).
+//! chosen field by field ([`Value::choose`]). A bundle lies in the graph of its module and a value is its number there:
+//! values are copied without a thought, and the functions that `#[rtl]` makes have nothing to drop.
 
-use super::node::{Node, Type};
+use super::node::{Graph, Node, Type};
 use crate::signals::{Declare, Kind, Signals};
 use std::rc::Rc;
 
 /// See the module's description.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub enum Value {
     /// All bits 0, whatever the shape: a default.
     Zero,
@@ -16,24 +17,59 @@ pub enum Value {
     Unused,
     /// A wire.
     Wire(Node),
-    /// Values by name; one that is missing is zero.
-    Record(Rc<Record>),
-    /// Values by number: an array or a tuple.
-    List(Rc<Vec<Value>>),
+    /// Values by name or by number.
+    Bundle(Bundle),
     /// The registers or memories of a child after its `next`: it is clocked where the wire is 1.
     Clocked(Node),
 }
 
-/// A bundle of values.
+/// A bundle of the module that is being elaborated. It never changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bundle(usize);
+
+/// What a bundle holds.
+#[derive(Debug)]
+pub(super) enum Contents {
+    /// Values by name; one that is missing is zero.
+    Record(Record),
+    /// Values by number: an array or a tuple.
+    List(Vec<Value>),
+}
+
+/// Values by name.
 #[derive(Clone, Debug, Default)]
-pub struct Record {
+pub(super) struct Record {
     /// Where it lies among the registers or memories of its block, if it is one of them.
-    pub place: Option<Rc<str>>,
+    place: Option<Rc<str>>,
     fields: Vec<(Rc<str>, Value)>,
 }
 
+impl Record {
+    fn put(&mut self, name: &str, value: Value) {
+        match self.fields.iter_mut().find(|(field, _)| **field == *name) {
+            Some((_, place)) => *place = value,
+            None => self.fields.push((name.into(), value)),
+        }
+    }
+    fn into_value(self) -> Value {
+        Value::Bundle(Bundle::of(Contents::Record(self)))
+    }
+}
+
+impl Bundle {
+    fn of(contents: Contents) -> Bundle {
+        Graph::with(|graph| {
+            graph.bundles.push(Rc::new(contents));
+            Bundle(graph.bundles.len() - 1)
+        })
+    }
+    fn contents(self) -> Rc<Contents> {
+        Graph::with(|graph| graph.bundles[self.0].clone())
+    }
+}
+
 /// One step from a value to a part of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub enum Step {
     /// To a field.
     Field(&'static str),
@@ -43,21 +79,25 @@ pub enum Step {
 
 impl Value {
     /// A bundle of fields.
-    pub fn record(fields: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
-        let fields = fields.into_iter().map(|(name, value)| (name.into(), value)).collect();
-        Value::Record(Rc::new(Record { place: None, fields }))
+    pub fn record(fields: &[(&'static str, Value)]) -> Value {
+        let fields = fields.iter().map(|(name, value)| ((*name).into(), *value)).collect();
+        Record { place: None, fields }.into_value()
     }
     /// `self` with other values for some of its fields.
-    pub fn updated(self, fields: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
-        let mut value = self;
+    pub fn updated(self, fields: &[(&'static str, Value)]) -> Value {
+        let mut record = self.to_record();
         for (name, field) in fields {
-            value.put(name, field);
+            record.put(name, *field);
         }
-        value
+        record.into_value()
     }
     /// An array or a tuple.
-    pub fn list(values: impl IntoIterator<Item = Value>) -> Value {
-        Value::List(Rc::new(values.into_iter().collect()))
+    pub fn list(values: &[Value]) -> Value {
+        Value::Bundle(Bundle::of(Contents::List(values.to_vec())))
+    }
+    /// An array of `len` equal elements.
+    pub fn repeated(self, len: usize) -> Value {
+        Value::list(&vec![self; len])
     }
     /// An integer literal.
     pub fn literal(value: u64) -> Value {
@@ -71,88 +111,87 @@ impl Value {
         Value::Wire(Node::constant(number, leaf.width, Type::of(leaf.kind)))
     }
 
-    /// Where it lies among its block's registers or memories.
-    pub fn place(&self) -> Option<Rc<str>> {
+    /// What it holds, if it is a bundle.
+    fn contents(self) -> Option<Rc<Contents>> {
         match self {
-            Value::Record(record) => record.place.clone(),
+            Value::Bundle(bundle) => Some(bundle.contents()),
             _ => None,
         }
+    }
+    /// Its fields, to be changed; none if it has none.
+    fn to_record(self) -> Record {
+        match self.contents().as_deref() {
+            Some(Contents::Record(record)) => record.clone(),
+            _ => Record::default(),
+        }
+    }
+
+    /// Where it lies among its block's registers or memories.
+    pub fn place(self) -> Option<Rc<str>> {
+        self.to_record().place
     }
 
     /// Its only wire.
     ///
     /// # Panics
     /// If it is a bundle.
-    pub fn wire(&self) -> Node {
+    pub fn wire(self) -> Node {
         match self {
-            Value::Wire(node) | Value::Clocked(node) => *node,
+            Value::Wire(node) | Value::Clocked(node) => node,
             Value::Zero | Value::Unused => Node::number(0, Type::Literal),
-            Value::Record(_) | Value::List(_) => panic!("one wire is expected here: {self:?}"),
+            Value::Bundle(bundle) => panic!("one wire is expected here: {:?}", bundle.contents()),
         }
     }
 
     /// One of its fields.
-    pub fn field(&self, name: &str) -> Value {
-        match self {
-            Value::Zero => Value::Zero,
-            Value::Unused => Value::Unused,
-            Value::Record(record) => {
+    pub fn field(self, name: &str) -> Value {
+        let contents = match self {
+            Value::Zero | Value::Unused => return self,
+            other => other.contents(),
+        };
+        match contents.as_deref() {
+            Some(Contents::Record(record)) => {
                 let found = record.fields.iter().find(|(field, _)| **field == *name);
-                found.map_or(Value::Zero, |(_, value)| value.clone())
+                found.map_or(Value::Zero, |(_, value)| *value)
             }
-            other => panic!("`.{name}` of {other:?}: the next state of a child is not to be read"),
-        }
-    }
-
-    fn put(&mut self, name: &str, value: Value) {
-        match self {
-            Value::Record(record) => {
-                let fields = &mut Rc::make_mut(record).fields;
-                match fields.iter_mut().find(|(field, _)| **field == *name) {
-                    Some((_, place)) => *place = value,
-                    None => fields.push((name.into(), value)),
-                }
-            }
-            _ => {
-                let fields = vec![(name.into(), value)];
-                *self = Value::Record(Rc::new(Record { place: None, fields }));
-            }
+            _ => panic!("`.{name}` of {self:?}: the next state of a child is not to be read"),
         }
     }
 
     /// One of its elements.
-    pub fn at(&self, index: Value) -> Value {
-        let Value::List(values) = self else { return self.clone() };
+    pub fn at(self, index: Value) -> Value {
+        let contents = self.contents();
+        let Some(Contents::List(values)) = contents.as_deref() else { return self };
         let index = index.wire();
         if let Some(k) = index.known() {
-            return values.get(k as usize).cloned().unwrap_or(Value::Zero);
+            return values.get(k as usize).copied().unwrap_or(Value::Zero);
         }
         // The last element needs no test: an index beyond it does not occur.
         let Some((last, others)) = values.split_last() else { return Value::Zero };
-        others.iter().enumerate().rev().fold(last.clone(), |rest, (k, value)| {
+        others.iter().enumerate().rev().fold(*last, |rest, (k, value)| {
             let here = index.equals(Node::number(k as u64, Type::Literal));
-            Value::choose(here, value.clone(), rest)
+            Value::choose(here, *value, rest)
         })
     }
 
     /// Its elements, for a loop over them.
-    pub fn elements(&self) -> Vec<Value> {
-        match self {
-            Value::List(values) => values.to_vec(),
+    pub fn elements(self) -> Vec<Value> {
+        match self.contents().as_deref() {
+            Some(Contents::List(values)) => values.clone(),
             _ => vec![],
         }
     }
 
     /// A bundle without fields that holds everything else of a block.
     pub(super) fn at_root() -> Value {
-        Value::Record(Rc::new(Record { place: Some("".into()), fields: vec![] }))
+        Record { place: Some("".into()), fields: vec![] }.into_value()
     }
 
     /// The part at `path` among a block's registers or memories.
-    pub(super) fn placed(&self, path: &str) -> Value {
+    pub(super) fn placed(self, path: &str) -> Value {
         let mut names = path.split('.').filter(|name| !name.is_empty());
         names
-            .try_fold(self.clone(), |value, name| match value {
+            .try_fold(self, |value, name| match value {
                 Value::Clocked(_) => Err(value),
                 _ => Ok(match element(name) {
                     (name, None) => value.field(name),
@@ -164,30 +203,26 @@ impl Value {
 
     /// Puts `ports` at `path`, and tells them and the bundles on the way where they lie.
     pub(super) fn insert(&mut self, path: &str, ports: Value) {
-        let fields = match ports {
-            Value::Record(record) => record.fields.clone(),
-            _ => vec![],
-        };
-        let leaf = Value::Record(Rc::new(Record { place: Some(path.into()), fields }));
+        let leaf = Record { place: Some(path.into()), fields: ports.to_record().fields };
+        let leaf = leaf.into_value();
         let Some((parent, name)) =
             path.rsplit_once('.').or((!path.is_empty()).then_some(("", path)))
         else {
             *self = leaf;
             return;
         };
-        let mut bundle = match self.placed(parent) {
-            Value::Record(record) => Value::Record(record),
-            _ => Value::Zero,
-        };
+        let mut bundle = self.placed(parent).to_record();
         match element(name) {
             (name, None) => bundle.put(name, leaf),
             (array, Some(k)) => {
-                let mut values = bundle.field(array).elements();
+                let before = bundle.fields.iter().find(|(field, _)| **field == *array);
+                let mut values = before.map_or(vec![], |(_, value)| value.elements());
                 values.resize(values.len().max(k + 1), Value::Zero);
                 values[k] = leaf;
-                bundle.put(array, Value::list(values));
+                bundle.put(array, Value::list(&values));
             }
         }
+        let bundle = bundle.into_value();
         if parent.is_empty() {
             *self = bundle;
         } else {
@@ -196,10 +231,10 @@ impl Value {
     }
 
     /// The part that `steps` lead to.
-    pub fn part(&self, steps: &[Step]) -> Value {
-        steps.iter().fold(self.clone(), |value, step| match step {
+    pub fn part(self, steps: &[Step]) -> Value {
+        steps.iter().fold(self, |value, step| match step {
             Step::Field(name) => value.field(name),
-            Step::Element(index) => value.at(index.clone()),
+            Step::Element(index) => value.at(*index),
         })
     }
 
@@ -210,79 +245,73 @@ impl Value {
             Some((Step::Field(name), rest)) => {
                 let mut field = self.field(name);
                 field.set(rest, new);
-                self.put(name, field);
+                *self = self.updated(&[(name, field)]);
             }
             Some((Step::Element(index), rest)) => {
-                let Value::List(values) = self else { panic!("{self:?} has no elements") };
+                let contents = self.contents();
+                let Some(Contents::List(values)) = contents.as_deref() else {
+                    panic!("{self:?} has no elements")
+                };
                 let index = index.wire();
-                for (value, k) in Rc::make_mut(values).iter_mut().zip(0..) {
+                let mut values = values.clone();
+                for (value, k) in values.iter_mut().zip(0..) {
                     let here = index.equals(Node::number(k, Type::Literal));
                     if here.known() != Some(0) {
-                        let mut changed = value.clone();
-                        changed.set(rest, new.clone());
-                        *value = Value::choose(here, changed, value.clone());
+                        let mut changed = *value;
+                        changed.set(rest, new);
+                        *value = Value::choose(here, changed, *value);
                     }
                 }
+                *self = Value::list(&values);
             }
         }
     }
 
     /// `a` where `cond` is 1, else `b`.
     pub fn choose(cond: Node, a: Value, b: Value) -> Value {
-        match (&a, &b) {
-            (Value::Clocked(x), Value::Clocked(y)) => Value::Clocked(cond.mux(*x, *y)),
-            (Value::Clocked(x), _) => Value::Clocked(cond.and(*x)),
-            (_, Value::Clocked(y)) => Value::Clocked(cond.inverted().and(*y)),
+        match (a, b) {
+            (Value::Clocked(x), Value::Clocked(y)) => Value::Clocked(cond.mux(x, y)),
+            (Value::Clocked(x), _) => Value::Clocked(cond.and(x)),
+            (_, Value::Clocked(y)) => Value::Clocked(cond.inverted().and(y)),
             (Value::Unused, _) => b,
             (_, Value::Unused) => a,
             (Value::Zero, Value::Zero) => Value::Zero,
-            (Value::Wire(x), Value::Wire(y)) => Value::Wire(cond.mux(*x, *y)),
+            (Value::Wire(x), Value::Wire(y)) => Value::Wire(cond.mux(x, y)),
             (Value::Wire(x), Value::Zero) => {
-                Value::Wire(cond.mux(*x, Node::constant(0, x.width(), x.ty())))
+                Value::Wire(cond.mux(x, Node::constant(0, x.width(), x.ty())))
             }
             (Value::Zero, Value::Wire(y)) => {
-                Value::Wire(cond.mux(Node::constant(0, y.width(), y.ty()), *y))
+                Value::Wire(cond.mux(Node::constant(0, y.width(), y.ty()), y))
             }
-            (Value::Record(x), Value::Record(y)) if Rc::ptr_eq(x, y) => a,
-            (Value::Record(x), _) | (Value::Zero, Value::Record(x)) => {
-                let mut names: Vec<Rc<str>> = x.fields.iter().map(|(n, _)| n.clone()).collect();
-                if let Value::Record(y) = &b {
-                    let more = y.fields.iter().map(|(n, _)| n);
-                    names.extend(more.filter(|n| !x.fields.iter().any(|(m, _)| m == *n)).cloned());
+            (Value::Bundle(x), Value::Bundle(y)) if x == y => a,
+            (Value::Bundle(x), _) | (Value::Zero, Value::Bundle(x)) => match &*x.contents() {
+                Contents::Record(x) => x.choose(cond, a, b),
+                Contents::List(x) => {
+                    let number = |k: usize| Value::literal(k as u64);
+                    let chosen = |k| Value::choose(cond, a.at(number(k)), b.at(number(k)));
+                    Value::list(&(0..x.len()).map(chosen).collect::<Vec<_>>())
                 }
-                let fields = names
-                    .into_iter()
-                    .map(|name| {
-                        let chosen = Value::choose(cond, a.field(&name), b.field(&name));
-                        (name, chosen)
-                    })
-                    .collect();
-                Value::Record(Rc::new(Record { place: x.place.clone(), fields }))
-            }
-            (Value::List(x), Value::List(y)) if Rc::ptr_eq(x, y) => a,
-            (Value::List(x), _) | (Value::Zero, Value::List(x)) => {
-                let number = |k: usize| Value::literal(k as u64);
-                let chosen = |k| Value::choose(cond, a.at(number(k)), b.at(number(k)));
-                Value::list((0..x.len()).map(chosen))
-            }
+            },
             _ => panic!("two branches give values of two shapes: {a:?} and {b:?}"),
         }
     }
 
     /// Calls `see` for every wire with its name: `name`, those of a bundle with their own behind it.
-    fn each_wire(&self, name: &str, see: &mut dyn FnMut(Node, &str)) {
+    fn each_wire(self, name: &str, see: &mut dyn FnMut(Node, &str)) {
         match self {
-            Value::Wire(node) => see(*node, name),
-            Value::Record(record) => {
-                for (field, value) in &record.fields {
-                    value.each_wire(&format!("{name}_{field}"), see);
+            Value::Wire(node) => see(node, name),
+            Value::Bundle(bundle) => match &*bundle.contents() {
+                Contents::Record(record) => {
+                    for (field, value) in &record.fields {
+                        value.each_wire(&format!("{name}_{field}"), see);
+                    }
                 }
-            }
-            Value::List(values) => {
-                for (k, value) in values.iter().enumerate() {
-                    value.each_wire(&format!("{name}_{k}"), see);
+                Contents::List(values) => {
+                    for (k, value) in values.iter().enumerate() {
+                        value.each_wire(&format!("{name}_{k}"), see);
+                    }
                 }
-            }
+            },
             Value::Zero | Value::Unused | Value::Clocked(_) => {}
         }
     }
@@ -297,6 +326,23 @@ impl Value {
     pub fn hinted(self, name: &str) -> Value {
         self.each_wire(name, &mut |node, name| node.hinted(name));
         self
+    }
+}
+
+impl Record {
+    /// [`Value::choose`] of two values of which one has these fields.
+    fn choose(&self, cond: Node, a: Value, b: Value) -> Value {
+        let mut fields = self.fields.clone();
+        // The other may have fields that are still zero here.
+        for (name, _) in b.to_record().fields {
+            if !fields.iter().any(|(known, _)| *known == name) {
+                fields.push((name, Value::Zero));
+            }
+        }
+        for (name, value) in &mut fields {
+            *value = Value::choose(cond, a.field(name), b.field(name));
+        }
+        Record { place: self.place.clone(), fields }.into_value()
     }
 }
 
@@ -339,14 +385,14 @@ impl Lift for i32 {
 }
 impl<T: Lift, const N: usize> Lift for [T; N] {
     fn lift(self) -> Value {
-        Value::list(self.map(T::lift))
+        Value::list(&self.map(T::lift))
     }
 }
 macro_rules! tuples {
     ($($($t:ident $n:tt),+;)*) => { $(
         impl<$($t: Lift),+> Lift for ($($t,)+) {
             fn lift(self) -> Value {
-                Value::list([$(self.$n.lift()),+])
+                Value::list(&[$(self.$n.lift()),+])
             }
         }
     )* };
@@ -434,7 +480,7 @@ impl Shape {
     }
 
     /// The wires of `value`, one for each signal.
-    pub fn wires(&self, value: &Value) -> Vec<Value> {
+    pub fn wires(&self, value: Value) -> Vec<Value> {
         let mut wires = vec![Value::Zero; self.leaves.len()];
         if let Some(form) = &self.root {
             gather(form, value, &mut wires);
@@ -454,19 +500,19 @@ fn build(form: &Form, path: &str, placed: bool, wire: &mut dyn FnMut(usize) -> N
         match element(name) {
             (name, None) => record.fields.push((name.into(), value)),
             (array, Some(_)) => match record.fields.last_mut() {
-                Some((last, Value::List(values))) if **last == *array => {
-                    Rc::make_mut(values).push(value);
+                Some((last, values)) if **last == *array => {
+                    *values = Value::list(&[values.elements(), vec![value]].concat());
                 }
-                _ => record.fields.push((array.into(), Value::list([value]))),
+                _ => record.fields.push((array.into(), Value::list(&[value]))),
             },
         }
     }
-    Value::Record(Rc::new(record))
+    record.into_value()
 }
 
-fn gather(form: &Form, value: &Value, wires: &mut [Value]) {
+fn gather(form: &Form, value: Value, wires: &mut [Value]) {
     match form {
-        Form::Leaf(k) => wires[*k] = value.clone(),
+        Form::Leaf(k) => wires[*k] = value,
         Form::Record(fields) => {
             for (name, form) in fields {
                 if matches!(value, Value::Clocked(_)) {
@@ -476,7 +522,7 @@ fn gather(form: &Form, value: &Value, wires: &mut [Value]) {
                     (name, None) => value.field(name),
                     (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
                 };
-                gather(form, &part, wires);
+                gather(form, part, wires);
             }
         }
     }

@@ -35,6 +35,7 @@ pub struct State {
 
 type Queue = Fifo<u32>;
 
+#[inline]
 fn queue(cfg: &Config) -> fifo::Config<u32> {
     fifo::Config { depth: cfg.sections.max(1), item: cfg.id_bits() }
 }

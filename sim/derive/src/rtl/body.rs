@@ -132,7 +132,7 @@ impl Body {
             _ if self.is_native(e) => {
                 quote_spanned!(e.span()=> ::pellucid_sim::netlist::Lift::lift(#e))
             }
-            Expr::Path(p) => quote!(#p.clone()),
+            Expr::Path(p) => quote!(#p),
             Expr::Reference(r) if r.mutability.is_none() => self.hardware(&r.expr),
             Expr::Field(f) => {
                 let (base, member) = (self.hardware(&f.base), member(&f.member));
@@ -145,8 +145,8 @@ impl Body {
             Expr::Tuple(t) => self.list(t.elems.iter()),
             Expr::Array(a) => self.list(a.elems.iter()),
             Expr::Repeat(r) => {
-                let (one, len, value) = (self.hardware(&r.expr), &r.len, value());
-                quote!(#value::list(vec![#one; (#len) as usize]))
+                let (one, len) = (self.hardware(&r.expr), &r.len);
+                quote!((#one).repeated((#len) as usize))
             }
             Expr::Struct(s) => self.structure(s),
             Expr::Block(b) => self.block(&b.block),
@@ -209,7 +209,7 @@ impl Body {
     fn list<'a>(&mut self, elements: impl Iterator<Item = &'a Expr>) -> TokenStream {
         let elements: Vec<_> = elements.map(|e| self.hardware(e)).collect();
         let value = value();
-        quote!(#value::list([#(#elements),*]))
+        quote!(#value::list(&[#(#elements),*]))
     }
 
     fn structure(&mut self, s: &syn::ExprStruct) -> TokenStream {
@@ -224,8 +224,8 @@ impl Body {
         }
         let value = value();
         match base {
-            Some(base) => quote!((#base).updated([#(#fields),*])),
-            None => quote!(#value::record([#(#fields),*])),
+            Some(base) => quote!((#base).updated(&[#(#fields),*])),
+            None => quote!(#value::record(&[#(#fields),*])),
         }
     }
 

@@ -29,8 +29,8 @@ impl Body {
             name => quote!(.hinted(#name)),
         });
         quote! {{
-            let #c = #rt::cond(&#cond);
-            #(let #before = #assigned.clone();)*
+            let #c = #rt::cond(#cond);
+            #(let #before = #assigned;)*
             let #a = #then;
             #(let #after = ::core::mem::replace(&mut #assigned, #before);)*
             let #b = #other;

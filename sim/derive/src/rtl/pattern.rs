@@ -15,7 +15,7 @@ impl Body {
             Pat::Ident(id) if id.subpat.is_none() => {
                 let (name, text) = (&id.ident, id.ident.to_string());
                 self.bind(&text, false);
-                vec![quote_spanned!(pat.span()=> let mut #name = (#value).clone().named(#text);)]
+                vec![quote_spanned!(pat.span()=> let mut #name = (#value).named(#text);)]
             }
             Pat::Paren(p) => self.open(&p.pat, value),
             Pat::Type(p) => self.open(&p.pat, value),
@@ -63,26 +63,26 @@ impl Body {
             Pat::Ident(id) => {
                 let id = &id.ident;
                 let lifted = quote!(::pellucid_sim::netlist::Lift::lift(#id));
-                Some(quote_spanned!(span=> #rt::eq((#value).clone(), #lifted)))
+                Some(quote_spanned!(span=> #rt::eq(#value, #lifted)))
             }
             Pat::Path(p) => {
                 let lifted = quote!(::pellucid_sim::netlist::Lift::lift(#p));
-                Some(quote_spanned!(span=> #rt::eq((#value).clone(), #lifted)))
+                Some(quote_spanned!(span=> #rt::eq(#value, #lifted)))
             }
             Pat::Lit(l) => {
                 let literal = self.literal(&l.lit);
-                Some(quote_spanned!(span=> #rt::eq((#value).clone(), #literal)))
+                Some(quote_spanned!(span=> #rt::eq(#value, #literal)))
             }
             Pat::Range(r) => {
                 let low = r.start.as_ref().map(|low| {
                     let low = self.hardware(low);
-                    quote!(#rt::ge((#value).clone(), #low))
+                    quote!(#rt::ge(#value, #low))
                 });
                 let high = r.end.as_ref().map(|high| {
                     let high = self.hardware(high);
                     match r.limits {
-                        RangeLimits::Closed(_) => quote!(#rt::le((#value).clone(), #high)),
-                        RangeLimits::HalfOpen(_) => quote!(#rt::lt((#value).clone(), #high)),
+                        RangeLimits::Closed(_) => quote!(#rt::le(#value, #high)),
+                        RangeLimits::HalfOpen(_) => quote!(#rt::lt(#value, #high)),
                     }
                 });
                 low.into_iter().chain(high).reduce(both)
