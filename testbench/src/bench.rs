@@ -73,6 +73,24 @@ impl BenchError {
 }
 
 /// See the module's description.
+///
+/// ```
+/// use pellucid_machine::pixel::{Fragment, Screen};
+/// use pellucid_sim::Label;
+/// use pellucid_tbuffer::architecture::ARCHITECTURE;
+/// use pellucid_testbench::bench::Bench;
+///
+/// let screen = Screen { width: 2, height: 1, background: 0 };
+/// let mut bench = Bench::new(&*ARCHITECTURE.build(screen, Some("fast"), &[])?);
+/// // White over all of the left pixel, and red of half its strength in front of it; the right one is left empty.
+/// for (z, rgba) in [(7, 0xffff_ffff), (3, 0xff00_0080)] {
+///     bench.send(&Fragment { x: 0, y: 0, z, rgba, label: Label::NONE }.into())?;
+/// }
+/// bench.end_frame()?;
+/// assert_eq!(bench.take_images()[0].pixels, [0xff_7f7f, 0]);
+/// assert_eq!(bench.tally().fragments.blended, 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Bench {
     dut: Box<dyn Dut>,
     screen: Screen,

@@ -90,6 +90,18 @@ struct Pixel {
 }
 
 /// The golden model of one frame: takes fragments in arrival order, then gives the [`Reference`].
+///
+/// ```
+/// use pellucid_machine::pixel::{Fragment, Screen};
+/// use pellucid_sim::Label;
+/// use pellucid_testbench::golden::Golden;
+///
+/// let screen = Screen { width: 1, height: 1, background: 0x00_00ff };
+/// let green = Fragment { x: 0, y: 0, z: 3, rgba: 0x00ff_0080, label: Label::NONE };
+/// let reference = Golden::new(screen).of(&[green])?;
+/// assert_eq!(reference.image.pixels, [0x00_807f]);
+/// # Ok::<(), pellucid_testbench::golden::GoldenError>(())
+/// ```
 pub struct Golden {
     info: Screen,
     pixels: Vec<Pixel>,

@@ -2,6 +2,17 @@
 //!
 //! [`files`] gives one module per block, in the hierarchy of the Rust source; a block that stands in
 //! several configurations gives several. [`lockstep`] writes the testbench that replays a recorded run.
+//!
+//! ```
+//! use pellucid_sim::netlist::elaborate;
+//! use pellucid_sim::{Fifo, fifo};
+//!
+//! // A queue of four numbers of eight bits.
+//! let queue = elaborate::<Fifo<u32>>(&fifo::Config { depth: 4, item: 8 });
+//! let files = pellucid_verilog::files(&queue, &["an example".to_string()]);
+//! let top = files.iter().find(|file| file.name == "fifo.v").unwrap();
+//! assert!(top.text.contains("module fifo"));
+//! ```
 
 mod expression;
 pub mod lockstep;

@@ -4,7 +4,9 @@ use crate::harness::{Broken, Run, Searched, check, exhaust};
 use crate::reference::{Long, Reference};
 use crate::report::report;
 use proptest::prelude::*;
-use proptest::test_runner::{Config as Effort, Reason, RngSeed, TestError, TestRunner};
+use proptest::test_runner::{
+    Config as Effort, Reason, RngSeed, TestCaseResult, TestError, TestRunner,
+};
 use proptest_state_machine::Sequential;
 use std::fmt::Debug;
 use std::path::Path;
@@ -70,6 +72,15 @@ fn effort(source: &'static str) -> Effort {
     Effort { source_file: Some(source), ..Effort::default() }
 }
 
+/// Tries what a strategy gives. Whatever tests it, this is compiled once for each strategy.
+fn tried<S: Strategy>(
+    effort: Effort,
+    strategy: &S,
+    test: &dyn Fn(S::Value) -> TestCaseResult,
+) -> Result<(), TestError<S::Value>> {
+    TestRunner::new(effort).run(strategy, test)
+}
+
 /// Tries random sequences. `source` is the test's file, beside which regressions are kept; the waveform of a
 /// failure goes into the folder `folder`.
 ///
@@ -83,7 +94,7 @@ pub fn test<R: Reference>(source: &'static str, folder: &Path) {
         |setup| R::steps(setup),
         |setup, _| setup,
     );
-    let tried = TestRunner::new(effort(source)).run(&sequences, |(setup, steps, seen)| {
+    let tried = tried(effort(source), &sequences, &|(setup, steps, seen)| {
         let counted = steps.iter().inspect(|_| {
             if let Some(seen) = &seen {
                 seen.fetch_add(1, Ordering::SeqCst);
@@ -111,7 +122,7 @@ pub fn test_long<R: Reference>(source: &'static str, folder: &Path) {
         };
         let effort = effort(source);
         let effort = Effort { cases: effort.cases.div_ceil(SHORT), ..effort };
-        let tried = TestRunner::new(effort).run(&any::<u64>().no_shrink(), |seed| {
+        let tried = tried(effort, &any::<u64>().no_shrink(), &|seed| {
             let (setup, steps) = drawn(seed).map_err(TestCaseError::Reject)?;
             let played = check::<R>(&setup, &steps);
             played.map_err(|broken| TestCaseError::fail(broken.to_string()))

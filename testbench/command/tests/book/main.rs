@@ -3,6 +3,7 @@
 //! Parts of the pages are made from the code: see [`page`]. If one of them is out of date, its test
 //! fails and says how to bring it up to date.
 
+mod licences;
 mod page;
 mod reading;
 mod timing;
@@ -38,6 +39,15 @@ fn what_pages_quote_from_the_sources_is_there() {
     }
     let line = documented("hw/mbuffer/src/array.rs", "```text\n");
     holds("mbuffer.md", "array", &format!("```text\n{line}\n```\n"));
+}
+
+#[test]
+fn the_readme_lists_every_architecture() {
+    let mut table = String::from("| architecture | what it is |\n|---|---|\n");
+    for Architecture { name, about, .. } in ARCHITECTURES {
+        table += &format!("| [`{name}`](docs/src/{name}.md) | {about} |\n");
+    }
+    holds("../../README.md", "architectures", &table);
 }
 
 /// The tables of an architecture's parameters and presets.
