@@ -19,7 +19,7 @@ pub struct Fifo<T>(PhantomData<T>);
 /// Parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Config<C> {
-    /// How many items it holds, at least 1.
+    /// How many items it holds; of 0 it takes none.
     pub depth: u32,
     /// What an item's widths depend on.
     pub item: C,
@@ -30,10 +30,10 @@ pub struct Config<C> {
 #[signals(u32)]
 pub struct State {
     /// Where the front is.
-    #[width(bits_for(u64::from(*cfg - 1)))]
+    #[width(bits_for(u64::from(cfg.saturating_sub(1))))]
     pub head: u32,
     /// Where the next push goes.
-    #[width(bits_for(u64::from(*cfg - 1)))]
+    #[width(bits_for(u64::from(cfg.saturating_sub(1))))]
     pub tail: u32,
     /// How many items are in.
     #[width(bits_for(u64::from(*cfg)))]

@@ -37,6 +37,12 @@ pub fn small(fast: bool) -> Config {
     Config::new(screen(16, 9), shape)
 }
 
+/// The faster ones with so many sections on chip and outside.
+pub fn small_of(on_chip: u32, outside: u32) -> Config {
+    let small = small(true);
+    Config::new(small.screen, Shape { on_chip, outside, ..small.shape })
+}
+
 /// The slower ones, with an NSA table that lends entries.
 pub fn small_lending() -> Config {
     let mut cfg = small(false);

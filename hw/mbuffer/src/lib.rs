@@ -56,6 +56,7 @@ pub struct State<A: Allocator> {
     pub chains: chains::State<A>,
     /// See [`mod@array`].
     #[with(cfg.array)]
+    #[exists(!cfg.in_memory)]
     #[block(Array)]
     pub array: array::State,
     /// See [`sum`].

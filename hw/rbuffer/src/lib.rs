@@ -58,6 +58,7 @@ pub struct State {
     pub front: front::State,
     /// See [`rounds`].
     #[with(*cfg)]
+    #[exists(cfg.replay)]
     #[block(Rounds)]
     pub rounds: rounds::State,
     /// See [`selector`].
@@ -184,7 +185,7 @@ impl Block for RBuffer {
         let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
-        let round = Rounds::moore(cfg, &q.rounds, &());
+        let round = if cfg.replay { Rounds::moore(cfg, &q.rounds, &()) } else { rounds::once(cfg) };
 
         let storing = matches!(front.status.phase, Phase::Store);
         let resolving = matches!(front.status.phase, Phase::Resolve);
@@ -231,13 +232,17 @@ impl Block for RBuffer {
         } else {
             passes::Out::default()
         };
-        let to_rounds = rounds::In {
-            overflowed: select.overflowed,
-            stored,
-            roomy: queue.count <= cfg.queue.on_chip >> 1,
-            emptied: pass.done,
+        let rounds = if cfg.replay {
+            let to_rounds = rounds::In {
+                overflowed: select.overflowed,
+                stored,
+                roomy: queue.count <= cfg.queue.on_chip >> 1,
+                emptied: pass.done,
+            };
+            Rounds::next(cfg, &q.rounds, &mut d.rounds, &mut (), to_rounds)
+        } else {
+            rounds::Out { replay: false, done: pass.done }
         };
-        let rounds = Rounds::next(cfg, &q.rounds, &mut d.rounds, &mut (), to_rounds);
         let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
         let blend = if resolving {
             let to_blender = blender::In { sorted: picked, colour: front.colour };

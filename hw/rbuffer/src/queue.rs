@@ -53,15 +53,19 @@ pub struct State {
     #[with(cfg.on_chip)]
     pub on_chip: fifo::State,
     /// The oldest fragment outside.
+    #[exists(cfg.outside > 0)]
     #[width(cfg.address_bits())]
     pub head: u32,
     /// Where the next one goes.
+    #[exists(cfg.outside > 0)]
     #[width(cfg.address_bits())]
     pub tail: u32,
     /// How many are outside.
+    #[exists(cfg.outside > 0)]
     #[width(bits_for(u64::from(cfg.outside)))]
     pub outside: u32,
     /// How many are on their way from there.
+    #[exists(cfg.outside > 0)]
     #[width(bits_for(u64::from(cfg.on_chip)))]
     pub flying: u32,
 }

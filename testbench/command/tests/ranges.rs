@@ -5,6 +5,7 @@ mod tools;
 
 use pellucid_hw::ARCHITECTURES;
 use pellucid_machine::Architecture;
+use pellucid_machine::architecture::settings;
 use pellucid_machine::params::Param;
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::join;
@@ -16,9 +17,15 @@ use std::process::Command;
 /// A machine: architecture, sides of the screen, settings.
 type Machine = (&'static Architecture, [u32; 2], Vec<String>);
 
+const NUMBER: &str = "a whole number from ";
+
+fn is_number(param: &Param) -> bool {
+    param.range.starts_with(NUMBER)
+}
+
 /// Both ends of a parameter's range, or each of its choices.
 fn ends(param: &Param) -> Vec<String> {
-    match param.range.strip_prefix("a whole number from ") {
+    match param.range.strip_prefix(NUMBER) {
         Some(numbers) => numbers.split(" to ").map(String::from).collect(),
         None => param.range.split('`').skip(1).step_by(2).map(String::from).collect(),
     }
@@ -41,21 +48,26 @@ fn beside(arch: &str, name: &str, end: &str) -> &'static [&'static str] {
 fn small() -> Vec<Machine> {
     let screens = [[1, 1], [1, 5], [5, 1]];
     let screens = ARCHITECTURES.iter().flat_map(|arch| screens.map(|sides| (*arch, sides, vec![])));
-    screens.chain(at(|ends| ends.into_iter().take(1).collect())).collect()
+    screens.chain(at(|_, ends| ends.into_iter().take(1).collect())).collect()
+}
+
+/// Every choice but those that [`small`] has.
+fn choices() -> Vec<Machine> {
+    at(|param, ends| ends.into_iter().skip(1).filter(|_| !is_number(param)).collect())
 }
 
 /// The upper end of every parameter's range, and its other choices.
 fn large() -> Vec<Machine> {
-    at(|ends| ends.into_iter().skip(1).collect())
+    at(|_, ends| ends.into_iter().skip(1).collect())
 }
 
 /// Machines with a parameter at one of the ends of its range that `chosen` leaves of them.
-fn at(chosen: fn(Vec<String>) -> Vec<String>) -> Vec<Machine> {
+fn at(chosen: fn(&Param, Vec<String>) -> Vec<String>) -> Vec<Machine> {
     let mut all = vec![];
     for arch in ARCHITECTURES.iter().copied() {
         // A fragment store's parameters are those of a machine of its own.
         for param in (arch.parameters)().iter().filter(|param| !param.name.contains('.')) {
-            for end in chosen(ends(param)) {
+            for end in chosen(param, ends(param)) {
                 // Verilator reads a module of which there are so many for more than ten minutes.
                 if (arch.name, &param.name[..], &end[..]) == ("composer", "engines", "1024") {
                     continue;
@@ -117,18 +129,21 @@ fn exported(module: &Module) -> BTreeSet<String> {
     own.chain(of_children).collect()
 }
 
-/// A waveform has no register that the Verilog of the machine as it comes has not, but for the R-buffer's rounds: they stand
-/// still where no frame is sent again.
+/// A waveform has no register that the Verilog has not.
 #[test]
 fn what_a_waveform_shows_is_in_the_verilog() {
-    let screen = Screen { width: 3, height: 64, background: 0 };
-    for arch in ARCHITECTURES {
-        let netlist = arch.build(screen, None, &[]).unwrap().netlist();
+    let missing = |(arch, [width, height], set): &Machine| {
+        let screen = Screen { width: *width, height: *height, background: 0 };
+        let set: Vec<_> = set.iter().map(|setting| setting.split_once('=').unwrap()).collect();
+        let set: Vec<_> = set.iter().map(|(name, value)| (*name, value.to_string())).collect();
+        let netlist = arch.build(screen, None, &settings(&set)).unwrap().netlist();
         let exported = exported(&netlist);
         let shown = netlist.registers.iter().map(|register| &register.path);
-        let stands_still = |path: &str| arch.name == "rbuffer" && path.starts_with("rounds.");
-        let missing: Vec<_> =
-            shown.filter(|path| !exported.contains(*path) && !stands_still(path)).collect();
-        assert!(missing.is_empty(), "{}: {missing:?}", arch.name);
-    }
+        let missing: Vec<_> = shown.filter(|path| !exported.contains(*path)).collect();
+        let machine = || format!("{}, {width}x{height}, {set:?}: {missing:?}", arch.name);
+        (!missing.is_empty()).then(machine)
+    };
+    let machines = [small(), choices()].concat();
+    let missing: Vec<String> = machines.par_iter().filter_map(missing).collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
 }

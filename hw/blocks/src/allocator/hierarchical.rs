@@ -46,7 +46,7 @@ impl Allocator for Hierarchical {}
 impl Config {
     /// Words of leaves, at least 1.
     fn leaves(&self) -> u32 {
-        self.sections.div_ceil(WORD_BITS).max(1)
+        self.sections.div_ceil(WORD_BITS)
     }
     /// Words of the level above.
     fn middles(&self) -> u32 {
@@ -58,7 +58,7 @@ impl Config {
     }
     /// Bits of the number of a word of leaves.
     fn leaf_bits(&self) -> u32 {
-        bits_for(u64::from(self.leaves() - 1))
+        bits_for(u64::from(self.leaves().saturating_sub(1)))
     }
 }
 

@@ -55,7 +55,7 @@ impl Block for Stack {
     }
 
     fn memories(cfg: &Config) -> Self::Mem {
-        Ram1RW::new(cfg.sections.max(1), cfg.id_bits(), 1)
+        Ram1RW::new(cfg.sections, cfg.id_bits(), 1)
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 //!  release -->| Pool |---> exhausted
 //!             +------+
 //! ```
-//! Two allocators of the same kind behind the allocators' own port contract (see
+//! Two allocators of the same kind, each where there are sections for it, behind the allocators' own port contract (see
 //! [`crate::allocator`]); a section's number tells where it belongs, and so do those of the lent words, in
 //! which each allocator counts from its own first section. One thing differs: the offer of an outside
 //! section is replaced as soon as one on chip is given back.
@@ -25,10 +25,12 @@ pub struct Pool<A>(PhantomData<A>);
 pub struct State<A: Allocator> {
     /// The allocator of the sections on chip.
     #[with(cfg.on_chip())]
+    #[exists(cfg.shape.on_chip > 0)]
     #[block(A)]
     pub on_chip: A::State,
     /// The allocator of the sections outside.
     #[with(cfg.outside())]
+    #[exists(cfg.shape.outside > 0)]
     #[block(A)]
     pub outside: A::State,
 }
@@ -44,6 +46,11 @@ pub struct Mem<A: Allocator> {
     pub outside: A::Mem,
 }
 
+/// What is seen of an allocator that has no sections, and is not there.
+fn none() -> Moore {
+    Moore { grant: Stream::idle(), exhausted: true }
+}
+
 /// A section of either allocator by its number among all.
 #[inline(always)]
 #[rtl]
@@ -57,7 +64,9 @@ fn of_either(cfg: &Config, here: Stream<u32>, there: Stream<u32>) -> Stream<u32>
     input = cfg.section_numbers(),
     moore = cfg.section_numbers(),
     output = cfg.section_numbers(),
-    check(Pool<crate::allocator::FreeList>, crate::test_util::small(true))
+    check(Pool<crate::allocator::FreeList>, crate::test_util::small(true)),
+    check(Pool<crate::allocator::FreeList>, crate::test_util::small_of(13, 0)),
+    check(Pool<crate::allocator::FreeList>, crate::test_util::small_of(0, 6))
 )]
 impl<A: Allocator> Block for Pool<A> {
     type Config = Config;
@@ -69,8 +78,13 @@ impl<A: Allocator> Block for Pool<A> {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
-        let on_chip = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
-        let outside = A::moore(&cfg.outside(), &q.outside, &m.outside);
+        let (mut on_chip, mut outside) = (none(), none());
+        if cfg.shape.on_chip > 0 {
+            on_chip = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
+        }
+        if cfg.shape.outside > 0 {
+            outside = A::moore(&cfg.outside(), &q.outside, &m.outside);
+        }
         let elsewhere = on_chip.exhausted && outside.grant.valid;
         Moore {
             grant: Stream {
@@ -93,11 +107,14 @@ impl<A: Allocator> Block for Pool<A> {
         m: &mut Self::Mem,
         i: allocator::In,
     ) -> Lent {
-        let here = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
+        let mut on_chip = none();
+        if cfg.shape.on_chip > 0 {
+            on_chip = A::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
+        }
         let back = i.release.payload;
         let back_outside = cfg.is_outside(back);
         let to_on_chip = allocator::In {
-            take: i.take && here.grant.valid,
+            take: i.take && on_chip.grant.valid,
             release: Stream {
                 valid: i.release.valid && !back_outside,
                 payload: back.wrapping_sub(cfg.owned),
@@ -105,15 +122,20 @@ impl<A: Allocator> Block for Pool<A> {
             word: i.word,
         };
         let to_outside = allocator::In {
-            take: i.take && here.exhausted,
+            take: i.take && on_chip.exhausted,
             release: Stream {
                 valid: i.release.valid && back_outside,
                 payload: back.wrapping_sub(cfg.first_outside()),
             },
             word: i.word,
         };
-        let here = A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
-        let there = A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
+        let (mut here, mut there) = (Lent::default(), Lent::default());
+        if cfg.shape.on_chip > 0 {
+            here = A::next(&cfg.on_chip(), &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
+        }
+        if cfg.shape.outside > 0 {
+            there = A::next(&cfg.outside(), &q.outside, &mut d.outside, &mut m.outside, to_outside);
+        }
         // Of the two, one is taken from and one is given back to.
         Lent {
             read: of_either(cfg, here.read, there.read),

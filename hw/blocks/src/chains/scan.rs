@@ -42,9 +42,11 @@ pub struct State {
     pub next: u32,
     /// Finds occupied words in the summary.
     #[with(*cfg)]
+    #[exists(cfg.shape.bitmap)]
     pub words: walk::State,
     /// Finds occupied pixels in a word.
     #[with(*cfg)]
+    #[exists(cfg.shape.bitmap)]
     pub pixels: walk::State,
 }
 
