@@ -24,6 +24,25 @@ pub static ARCHITECTURE: Architecture = Architecture {
     parameters: Params::list,
     model,
     small,
+    ways: &[
+        &[],
+        &[("scan_line_engines", "2"), ("distribution", "area"), ("beta", "0")],
+        &[("transparency", "tbuffer")],
+        &[("transparency", "rbuffer")],
+        &[("transparency", "mbuffer")],
+    ],
+    tight: &[
+        ("engines", "3"),
+        ("primitives", "80"),
+        ("line_primitives", "64"),
+        ("sorter_depth", "3"),
+        ("tbuffer.sections", "40"),
+        ("tbuffer.outside_sections", "100"),
+        ("rbuffer.overflow", "replay"),
+        ("rbuffer.queue", "60"),
+        ("mbuffer.overflow_sections", "20"),
+        ("mbuffer.outside_sections", "30"),
+    ],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {

@@ -20,7 +20,15 @@ pub struct Architecture {
     /// A small machine for random frames: parameters over their ranges as far as a small screen makes use of them, with
     /// places for every fragment that is needed.
     pub small: fn(&mut Draw, Needs) -> Parameterised,
+    /// Ways to build it that are hardware of their own; the first is the default.
+    pub ways: &'static [Set],
+    /// What leaves a small frame too little room, so that memory outside of the chip is used and pixels take several
+    /// passes. Parameters of one of the ways go over it.
+    pub tight: Set,
 }
+
+/// Values for some of the parameters.
+pub type Set = &'static [(&'static str, &'static str)];
 
 /// Gives numbers of a range at random.
 pub type Draw<'a> = dyn FnMut(RangeInclusive<u32>) -> u32 + 'a;

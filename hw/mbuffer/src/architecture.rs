@@ -19,6 +19,17 @@ pub static ARCHITECTURE: Architecture = Architecture {
     parameters: Params::list,
     model,
     small,
+    ways: &[
+        &[("weights", "registers")],
+        &[("weights", "memory")],
+        &[("weights", "memory"), ("allocator", "threaded")],
+    ],
+    tight: &[
+        ("overflow_sections", "20"),
+        ("outside_sections", "60"),
+        ("outside_latency", "9"),
+        ("array", "2"),
+    ],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {

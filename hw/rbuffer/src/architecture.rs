@@ -16,6 +16,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
     parameters: Params::list,
     model,
     small,
+    ways: &[&[], &[("overflow", "replay")]],
+    tight: &[("queue", "80"), ("outside_queue", "400"), ("outside_latency", "9")],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {

@@ -182,8 +182,14 @@ impl Block for Selector {
         let target = !i.arrival && has_target;
         let z1 = if fresh && target { farthest } else { depth };
         let blended = !i.arrival && !fresh && pixel.blended;
-        let out_of_band = f.pixel < i.round.from || f.pixel >= i.round.to;
-        let passed_over = i.round.failed || (i.arrival && out_of_band);
+        // Where the frame is sent once, its band is all pixels and never fails.
+        let mut round = rounds::once(cfg);
+        let mut out_of_band = false;
+        if cfg.replay {
+            round = i.round;
+            out_of_band = f.pixel < round.from || f.pixel >= round.to;
+        }
+        let passed_over = round.failed || (i.arrival && out_of_band);
         let picked = fragment && !passed_over && target && !blended && f.z == z1;
         let culled = fragment && !passed_over && !i.arrival && !target && f.z >= z1;
         let stays = fragment && !picked && !culled && !passed_over;
@@ -199,7 +205,7 @@ impl Block for Selector {
             if fresh && target {
                 depth_write.write(f.pixel, z1);
             }
-        } else if fragment && i.round.failed && !i.arrival {
+        } else if fragment && round.failed && !i.arrival {
             // Thrown away: nothing of the pixel is left.
             m.pixels.write(f.pixel, PixelState { parity: i.parity, target: false, blended: false });
             m.farthest.write(f.pixel, 0);
@@ -233,8 +239,8 @@ impl Block for Selector {
             picked: Stream { valid: picked, payload: Marked::item(sorted) },
             ended: end,
             culled,
-            dropped: full && i.round.smallest,
-            overflowed: full && !i.round.smallest,
+            dropped: full && round.smallest,
+            overflowed: full && !round.smallest,
         }
     }
 }

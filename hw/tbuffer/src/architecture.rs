@@ -19,6 +19,25 @@ pub static ARCHITECTURE: Architecture = Architecture {
     parameters: Params::list,
     model,
     small,
+    ways: &[
+        &[("append", "tail"), ("scan", "bitmap")],
+        &[("append", "tail"), ("scan", "linear")],
+        &[("append", "walk"), ("scan", "bitmap")],
+        &[("append", "walk"), ("scan", "linear")],
+        &[("allocator", "bump")],
+        &[("allocator", "lifo")],
+        &[("allocator", "threaded")],
+        &[("allocator", "bitmap"), ("sections", "64"), ("outside_sections", "64")],
+        &[("allocator", "hierarchical")],
+        &[("allocator", "cached")],
+    ],
+    tight: &[
+        ("sections", "40"),
+        ("outside_sections", "400"),
+        ("section_capacity", "2"),
+        ("sorter_depth", "2"),
+        ("outside_latency", "9"),
+    ],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {

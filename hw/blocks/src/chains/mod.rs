@@ -218,7 +218,10 @@ impl<A: Allocator> Block for Chains<A> {
         // What every block shows before its inputs are known.
         let ssa = Ssa::moore(cfg, &(), &m.ssa);
         let nsa = Nsa::moore(cfg, &(), &m.nsa);
-        let occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
+        let mut occupancy = occupancy::Moore::default();
+        if cfg.shape.bitmap {
+            occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
+        }
         let word = Sections::moore(cfg, &(), &m.sections);
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
@@ -265,16 +268,18 @@ impl<A: Allocator> Block for Chains<A> {
             clear: i.clear,
         };
         Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
-        let to_occupancy = occupancy::In {
-            ask: store.occupancy_ask,
-            set: store.occupancy_set,
-            summary_read: back.scan.summary_read,
-            summary_clear: back.scan.summary_clear,
-            word_read: back.scan.word_read,
-            word_clear: back.scan.word_clear,
-            clear: i.clear,
-        };
-        Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
+        if cfg.shape.bitmap {
+            let to_occupancy = occupancy::In {
+                ask: store.occupancy_ask,
+                set: store.occupancy_set,
+                summary_read: back.scan.summary_read,
+                summary_clear: back.scan.summary_clear,
+                word_read: back.scan.word_read,
+                word_clear: back.scan.word_clear,
+                clear: i.clear,
+            };
+            Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
+        }
         let to_sections = sections::In {
             write: if store.stored_write.valid { store.stored_write } else { store.place },
             word: if store.stored_write.valid { store.stored_word } else { store.word },

@@ -1,119 +1,64 @@
 //! The exported Verilog against the Rust run, every output on every cycle, in Icarus and in Verilator. The netlist itself
 //! is compared with the machine in the tests of each architecture, which need no tool.
 
+#[path = "../tools/mod.rs"]
 mod tools;
+mod triangles;
 
+use pellucid_hw::{ARCHITECTURES, architecture};
+use pellucid_machine::Architecture;
+use pellucid_machine::architecture::Set;
+use rayon::prelude::*;
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
 /// A screen that is small enough for an event-driven simulator.
-const SMALL: [&str; 4] = ["--width", "40", "--height", "30"];
+const SMALL: [&str; 4] = ["--width", "24", "--height", "18"];
 
-/// The four ways in which a T-buffer stores and scans, and the other machines; the architecture's name
-/// stands second.
-const WAYS: [&[&str]; 17] = [
-    &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=bitmap"],
-    &["--arch", "tbuffer", "-p", "append=tail", "-p", "scan=linear"],
-    &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=bitmap"],
-    &["--arch", "tbuffer", "-p", "append=walk", "-p", "scan=linear"],
-    &["--arch", "tbuffer", "-p", "allocator=bump"],
-    &["--arch", "tbuffer", "-p", "allocator=lifo"],
-    &["--arch", "tbuffer", "-p", "allocator=threaded"],
-    &["--arch", "tbuffer", "-p", "allocator=hierarchical"],
-    &["--arch", "tbuffer", "-p", "allocator=cached"],
-    &[
-        "--arch",
-        "tbuffer",
-        "-p",
-        "allocator=bitmap",
-        "-p",
-        "sections=4096",
-        "-p",
-        "outside_sections=4096",
-        "-p",
-        "section_capacity=8",
-    ],
-    &["--arch", "rbuffer"],
-    &["--arch", "rbuffer", "-p", "overflow=replay"],
-    &["--arch", "mbuffer", "-p", "weights=registers"],
-    &["--arch", "mbuffer", "-p", "weights=memory"],
-    &["--arch", "mbuffer", "-p", "allocator=threaded", "-p", "weights=memory"],
-    &["--arch", "composer"],
-    &["--arch", "composer", "-p", "scan_line_engines=2", "-p", "distribution=area", "-p", "beta=0"],
-];
+/// A machine that is hardware of its own: an architecture, and what makes it.
+type Way = (&'static Architecture, Set);
 
-/// Fragment stores behind the image merger. They are machines of their own above, so that few pixels are enough.
-const STORES: [&[&str]; 2] = [
-    &["--arch", "composer", "-p", "transparency=tbuffer", "-p", "tbuffer.sections=20"],
-    &[
-        "--arch",
-        "composer",
-        "-p",
-        "transparency=rbuffer",
-        "-p",
-        "rbuffer.overflow=replay",
-        "-p",
-        "rbuffer.queue=40",
-    ],
-];
-
-/// Those of them that are worth a larger frame: allocators differ where little is free, and the image composition
-/// machine has so much in it that Verilator has to play it.
-fn worth_a_frame(way: &[&str]) -> bool {
-    way[1] != "composer" && !way.iter().any(|arg| arg.starts_with("allocator="))
+/// All of them.
+fn ways() -> Vec<Way> {
+    let of = |arch: &'static Architecture| arch.ways.iter().map(move |way| (arch, *way));
+    ARCHITECTURES.iter().copied().flat_map(of).collect()
 }
 
-/// What makes a machine work hard on a small screen: too little room on chip, and pixels deeper than the
-/// T-buffer's sorter, so that outside memory is used and several passes occur.
-fn tight(arch: &str) -> &'static [&'static str] {
-    match arch {
-        "tbuffer" => &[
-            "-p",
-            "sections=150",
-            "-p",
-            "outside_sections=900",
-            "-p",
-            "sorter_depth=2",
-            "-p",
-            "section_capacity=2",
-        ],
-        "mbuffer" => &[
-            "-p",
-            "overflow_sections=150",
-            "-p",
-            "outside_sections=900",
-            "-p",
-            "outside_latency=9",
-            "-p",
-            "array=2",
-        ],
-        "composer" => &[
-            "-p",
-            "engines=3",
-            "-p",
-            "primitives=4096",
-            "-p",
-            "line_primitives=512",
-            "-p",
-            "sorter_depth=3",
-        ],
-        _ => &["-p", "queue=80", "-p", "outside_queue=3000", "-p", "outside_latency=9"],
-    }
+/// The first one of an architecture.
+fn first(arch: &str) -> Way {
+    let arch = architecture(arch).unwrap();
+    (arch, arch.ways[0])
+}
+
+/// The options that choose an architecture with these settings, later ones over earlier ones.
+fn options(arch: &Architecture, settings: &[Set]) -> Vec<String> {
+    let settings = settings.iter().copied().flatten();
+    let settings = settings.flat_map(|(name, value)| ["-p".to_string(), format!("{name}={value}")]);
+    ["--arch".to_string(), arch.name.to_string()].into_iter().chain(settings).collect()
 }
 
 /// Exports into a new folder.
 #[track_caller]
-fn export(args: &[&str]) -> TempDir {
+fn export(machine: &[String], args: &[&str]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let done = Command::new(env!("CARGO_BIN_EXE_pellucid"))
         .args(["export", "--quiet", "--out"])
         .arg(folder.path())
+        .args(machine)
         .args(args)
         .output()
         .unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(done.status.success(), "{machine:?}: {}", String::from_utf8_lossy(&done.stderr));
     folder
+}
+
+/// Exports a machine that has little room, with a frame that exercises it: pauses, stalls and a reset are in it.
+#[track_caller]
+fn exercised((arch, way): Way) -> TempDir {
+    let scene = triangles::scene();
+    let scene = ["--scene", scene.path().to_str().unwrap(), "--camera", triangles::CAMERA];
+    export(&options(arch, &[arch.tight, way]), &[&SMALL[..], &scene, &["--stress"]].concat())
 }
 
 fn in_folder(folder: &Path, program: &str, args: &[&str]) -> Output {
@@ -161,34 +106,10 @@ fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
     }
-    for way in WAYS {
-        let folder = export(&[&SMALL[..], way, tight(way[1]), &["--stress"]].concat());
+    ways().into_par_iter().for_each(|way| {
+        let folder = exercised(way);
         passes(folder.path(), &icarus(folder.path()));
-    }
-}
-
-#[test]
-fn icarus_agrees_with_a_fragment_store_behind_the_merger() {
-    if !tools::have(&["iverilog", "vvp"]) {
-        return;
-    }
-    for way in STORES {
-        let few = ["--scene", "panes", "--width", "16", "--height", "12", "-p", "engines=2"];
-        let folder = export(&[&few[..], way, &["-p", "primitives=16", "--stress"]].concat());
-        passes(folder.path(), &icarus(folder.path()));
-    }
-}
-
-#[test]
-fn icarus_agrees_over_a_complete_frame() {
-    if !tools::have(&["iverilog", "vvp"]) {
-        return;
-    }
-    for way in WAYS.iter().filter(|way| worth_a_frame(way)) {
-        let screen = ["--width", "160", "--height", "120"];
-        let folder = export(&[&screen[..], way].concat());
-        passes(folder.path(), &icarus(folder.path()));
-    }
+    });
 }
 
 #[test]
@@ -196,43 +117,36 @@ fn verilator_has_no_complaint() {
     if !tools::have(&["verilator"]) {
         return;
     }
-    for way in WAYS.into_iter().chain(STORES) {
-        let engines: &[&str] = if way[1] == "composer" { &["-p", "engines=2"] } else { &[] };
-        let folder = export(&[&["--width", "4", "--height", "3"][..], way, engines].concat());
+    ways().into_par_iter().for_each(|(arch, way)| {
+        let folder = export(&options(arch, &[arch.tight, way]), &["--width", "4", "--height", "3"]);
         let list = std::fs::read_to_string(folder.path().join("files.f")).unwrap();
         let modules = list.lines().filter(|file| !file.starts_with("lockstep"));
-        let mut args = vec!["--lint-only", "-Wall", "--top-module", way[1]];
+        let mut args = vec!["--lint-only", "-Wall", "--top-module", arch.name];
         args.extend(modules);
         let lint = in_folder(folder.path(), "verilator", &args);
-        assert_eq!(text(&lint), "", "{way:?}");
+        assert_eq!(text(&lint), "", "{}, {way:?}", arch.name);
         assert!(lint.status.success());
-    }
+    });
 }
 
 #[test]
-fn verilator_agrees_over_a_large_frame_and_over_stress() {
+fn verilator_agrees_over_a_large_frame() {
     if !tools::have(&["verilator"]) {
         return;
     }
-    for arch in ["tbuffer", "rbuffer", "mbuffer"] {
-        let folder = export(&["--arch", arch, "--scene", "paper-480"]);
+    for arch in ARCHITECTURES {
+        let folder =
+            export(&options(arch, &[arch.ways[0]]), &["--width", "160", "--height", "120"]);
         passes(folder.path(), &verilator(folder.path()));
     }
-    let composer = ["--arch", "composer", "--width", "160", "--height", "120", "-p", "engines=4"];
-    let folder = export(&[&composer[..], &["-p", "primitives=65536"]].concat());
-    passes(folder.path(), &verilator(folder.path()));
-    // The same modules for another screen: stalls, a reset and two frames in a row.
-    let folder =
-        export(&[&SMALL[..], tight("tbuffer"), &["--stress", "--preset", "paper"]].concat());
-    passes(folder.path(), &verilator(folder.path()));
 }
 
 /// Every fault, a file with what stands there and what is put in its place, makes the comparison fail.
-fn faults_are_seen(args: &[&str], faults: &[(&str, &str, &str)]) {
+fn faults_are_seen(way: Way, faults: &[(&str, &str, &str)]) {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
     }
-    let folder = export(&[&SMALL[..], args].concat());
+    let folder = exercised(way);
     passes(folder.path(), &icarus(folder.path()));
     for (file, right, wrong) in faults {
         let path = folder.path().join(file);
@@ -250,9 +164,9 @@ fn faults_are_seen(args: &[&str], faults: &[(&str, &str, &str)]) {
 /// One operator each, in blocks of every kind.
 #[test]
 fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
-    let small = ["--preset", "paper", "-p", "sections=150", "-p", "outside_sections=900"];
+    let paper = (first("tbuffer").0, &[("append", "walk"), ("scan", "linear")][..]);
     faults_are_seen(
-        &small,
+        paper,
         &[
             ("blender.v", "8'd255 - ", "8'd254 - "),
             ("chain_reader.v", "position_q + ", "position_q - "),
@@ -273,7 +187,7 @@ fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
 #[test]
 fn a_fault_in_the_text_of_the_rbuffer_is_seen() {
     faults_are_seen(
-        &[&["--arch", "rbuffer"], tight("rbuffer")].concat(),
+        first("rbuffer"),
         &[
             ("passes.v", "left_q - ", "left_q + "),
             ("queue.v", " + ", " - "),
@@ -286,7 +200,7 @@ fn a_fault_in_the_text_of_the_rbuffer_is_seen() {
 #[test]
 fn a_fault_in_the_text_of_the_mbuffer_is_seen() {
     faults_are_seen(
-        &[&["--arch", "mbuffer"], tight("mbuffer")].concat(),
+        first("mbuffer"),
         &[
             ("array.v", "_z_q == cells_0_z_q", "_z_q != cells_0_z_q"),
             ("array.v", "count_q < from_q", "count_q > from_q"),
@@ -294,17 +208,14 @@ fn a_fault_in_the_text_of_the_mbuffer_is_seen() {
             ("sum.v", "so_far_r_q + ", "so_far_g_q + "),
         ],
     );
-    let in_memory = ["--arch", "mbuffer", "-p", "weights=memory"];
-    faults_are_seen(
-        &[&in_memory, tight("mbuffer")].concat(),
-        &[("weigh.v", "word_data_z_i < ", "word_data_z_i > ")],
-    );
+    let in_memory = (first("mbuffer").0, &[("weights", "memory")][..]);
+    faults_are_seen(in_memory, &[("weigh.v", "word_data_z_i < ", "word_data_z_i > ")]);
 }
 
 #[test]
 fn a_fault_in_the_text_of_the_composer_is_seen() {
     faults_are_seen(
-        &[&["--arch", "composer"], tight("composer")].concat(),
+        first("composer"),
         &[
             ("bucket_sort.v", "item_row_i} - line", "item_row_i} + line"),
             ("buckets_buckets_0.v", "filled_q + ", "filled_q - "),
