@@ -61,6 +61,14 @@ impl Source {
         Ok(Source::Trace(Trace::open(Path::new(name))?))
     }
 
+    /// What is to be said of the file, each as one sentence.
+    pub fn notes(&self) -> &[String] {
+        match self {
+            Source::Scene(scene) => scene.notes(),
+            Source::Trace(_) | Source::Fragments(..) => &[],
+        }
+    }
+
     /// The screen.
     pub fn screen(&self) -> Screen {
         match self {

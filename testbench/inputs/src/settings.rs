@@ -84,7 +84,7 @@ fn check_view(camera: Camera) {
     let path = write("triangle.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let name = path.to_str().expect("a temporary folder has a plain name");
     let (width, height) = (Some(SMALL.width), Some(SMALL.height));
-    let options = Options { width, height, camera: Some(camera), alphas: vec![] };
+    let options = Options { width, height, camera: Some(camera), ..Options::default() };
     let scene = Scene::open(name, &options).expect("a triangle");
     let Ok(()) = scene.play::<std::convert::Infallible>(&mut |f| {
         let inside = f.x < SMALL.width && f.y < SMALL.height && f.z < Z_FAR;

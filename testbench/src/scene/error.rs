@@ -1,6 +1,7 @@
 //! What can be wrong with a scene, each as one sentence.
 
 use crate::output::reason;
+use crate::room::Full;
 use pellucid_machine::params::did_you_mean;
 use std::io;
 
@@ -61,6 +62,14 @@ pub enum SceneError {
         line: Option<usize>,
         /// What is wrong and what was expected.
         what: String,
+    },
+    /// The scene takes more memory than it may.
+    #[error("{path}: {source}")]
+    Memory {
+        /// The path as given.
+        path: String,
+        /// What it may take.
+        source: Full,
     },
     /// Width or height outside `1..=MAX_SIDE`.
     #[error("{what} {side} is out of range: expected 1..={}", super::MAX_SIDE)]

@@ -5,6 +5,11 @@ use glam::{DVec3, Vec3, Vec4};
 /// Opacity of a mesh that states none.
 pub(super) const DEFAULT_ALPHA: f32 = 0.5;
 
+/// Bytes that a vertex takes: itself, and what lighting makes of it.
+pub(super) const VERTEX_BYTES: usize = 136;
+/// Bytes that a triangle takes: itself, and as it is drawn.
+pub(super) const TRIANGLE_BYTES: usize = 24;
+
 /// Triangles that share their names and look.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {

@@ -25,9 +25,10 @@ pub use camera::{Camera, CameraError};
 pub use error::SceneError;
 pub use set_up::point;
 
+use crate::room::{Limit, Room};
 use built_in::paper::{Frame, Paper};
 use built_in::smoke::Smoke;
-use geometry::Part;
+use geometry::{DEFAULT_ALPHA, Part};
 use pellucid_machine::pixel::{Fragment, MAX_SIDE, Screen};
 use pellucid_machine::primitive::Primitive;
 use shade::{Projected, Surface};
@@ -49,6 +50,8 @@ pub struct Options {
     pub camera: Option<Camera>,
     /// Opacities, applied in this order, so that a later rule wins.
     pub alphas: Vec<AlphaRule>,
+    /// The most memory that the scene may take; half of what the computer has left if `None`.
+    pub memory_limit: Option<Limit>,
 }
 
 /// A loaded scene, ready to play any number of times.
@@ -56,6 +59,7 @@ pub struct Options {
 pub struct Scene {
     info: Screen,
     content: Content,
+    notes: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -102,7 +106,7 @@ impl Scene {
             "smoke" => {
                 refuse_alphas(name, options)?;
                 let info = info(built_in::smoke::BACKGROUND);
-                Ok(Scene { info, content: Content::Smoke(Smoke::new(options.camera, info)) })
+                Ok(Scene::of(info, Content::Smoke(Smoke::new(options.camera, info))))
             }
             "panes" => {
                 refuse_alphas(name, options)?;
@@ -110,16 +114,33 @@ impl Scene {
                 let (vertices, triangles) = built_in::panes::triangles();
                 let info = info(built_in::panes::BACKGROUND);
                 let content = Content::Panes(Projected::new(vertices, triangles, info));
-                Ok(Scene { info, content })
+                Ok(Scene::of(info, content))
             }
             _ => match built_in::paper::frame(name) {
                 Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
                 None => {
-                    let parts = mesh::load(name)?;
-                    surface(name, parts, options.camera, info(built_in::BACKDROP), options)
+                    let mesh::Loaded { parts, mut notes, has_no_opacity } =
+                        mesh::load(name, Room::new(options.memory_limit))?;
+                    if has_no_opacity && options.alphas.is_empty() {
+                        notes.push(format!(
+                            "{name}: what has no opacity of its own is drawn at {DEFAULT_ALPHA}, `--alpha` sets another"
+                        ));
+                    }
+                    let scene =
+                        surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
+                    Ok(Scene { notes, ..scene })
                 }
             },
         }
+    }
+
+    fn of(info: Screen, content: Content) -> Scene {
+        Scene { info, content, notes: vec![] }
+    }
+
+    /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,
@@ -128,7 +149,7 @@ impl Scene {
         match &self.content {
             Content::Surface(surface) => {
                 let content = Content::Surface(surface.turned(degrees));
-                Some(Scene { info: self.info, content })
+                Some(Scene::of(self.info, content))
             }
             Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
@@ -192,7 +213,7 @@ fn surface(
     options: &Options,
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
-    Ok(Scene { info, content: Content::Surface(Surface::new(Arc::new(parts), camera, info)) })
+    Ok(Scene::of(info, Content::Surface(Surface::new(Arc::new(parts), camera, info))))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
@@ -205,7 +226,7 @@ fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Sc
     if info.height != DEFAULT_HEIGHT {
         return Err(SceneError::FixedSize { scene: scene(), what: "height", side: info.height });
     }
-    Ok(Scene { info, content: Content::Paper(Paper::new(frame)) })
+    Ok(Scene::of(info, Content::Paper(Paper::new(frame))))
 }
 
 fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {

@@ -6,13 +6,14 @@
 
 mod buffers;
 
-use super::bad;
+use super::{Reading, bad};
 use crate::scene::SceneError;
-use crate::scene::geometry::{DEFAULT_ALPHA, Part};
+use crate::scene::geometry::{DEFAULT_ALPHA, Part, TRIANGLE_BYTES, VERTEX_BYTES};
 use ::gltf::mesh::Mode;
 use ::gltf::{Document, Gltf, Node, Primitive, Semantic};
 use buffers::Buffers;
 use glam::{Mat3, Mat4, Vec3, Vec4};
+use std::io::BufRead;
 
 /// Size of a GLB's header.
 const GLB_HEADER_BYTES: u8 = 12;
@@ -21,9 +22,11 @@ const GLB_HEADER_BYTES: u8 = 12;
 const MOST_SHARED: usize = 1 << 25;
 
 /// Loads the content of a glTF or GLB file.
-pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
+pub(super) fn load(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Part>, SceneError> {
+    let path = file.path;
+    let bytes = file.whole(path, bytes)?;
     let (document, blob) = parse(path, &bytes)?;
-    let buffers = Buffers::load(path, &document, blob)?;
+    let buffers = Buffers::load(file, &document, blob)?;
     let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
         return Err(bad(path, None, "has no scene"));
     };
@@ -46,6 +49,10 @@ pub(super) fn load(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> 
             let bad =
                 |what| bad(path, None, format!("node {}, primitive {i}: {what}", node.index()));
             take(&mut room, &primitive).map_err(bad)?;
+            file.take(bytes_of(&primitive))?;
+            if primitive.material().index().is_none() {
+                file.has_no_opacity();
+            }
             parts.extend(part(&node, &primitive, transform, &buffers).map_err(bad)?);
         }
         let first_child = to_visit.len();
@@ -89,6 +96,13 @@ fn take(room: &mut usize, primitive: &Primitive) -> Result<(), String> {
         )
     })?;
     Ok(())
+}
+
+/// Bytes that a primitive's part takes.
+fn bytes_of(primitive: &Primitive) -> usize {
+    let vertices = primitive.get(&Semantic::Positions).map_or(0, |accessor| accessor.count());
+    let indices = primitive.indices().map_or(vertices, |accessor| accessor.count());
+    vertices.saturating_mul(VERTEX_BYTES).saturating_add(indices.saturating_mul(TRIANGLE_BYTES))
 }
 
 /// A primitive's triangles in scene coordinates; none if it is made of points or lines.
@@ -189,6 +203,7 @@ fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::room::Room;
 
     #[test]
     fn room_is_taken_until_there_is_none() {
@@ -216,7 +231,8 @@ mod tests {
             {"uri":"./a.gltf","byteLength":42},{"uri":"data:;base64,AAAA","byteLength":3}]}"#;
         std::fs::write(&path, json).unwrap();
         let (document, _) = parse("a.gltf", json.as_bytes()).unwrap();
-        let buffers = Buffers::load(path.to_str().unwrap(), &document, None).unwrap();
+        let mut file = Reading::new(path.to_str().unwrap(), Room::new(None));
+        let buffers = Buffers::load(&mut file, &document, None).unwrap();
         assert_eq!(buffers.bytes(), json.len() + 3);
     }
 

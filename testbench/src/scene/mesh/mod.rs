@@ -4,17 +4,26 @@
 //! indices in range, at least one triangle.
 
 mod gltf;
+mod lines;
 mod obj;
 mod ply;
+mod polygon;
+mod reading;
 
 use super::SceneError;
 use super::built_in;
 use super::geometry::Part;
+use crate::room::Room;
+use encoding_rs_io::DecodeReaderBytesBuilder;
+use flate2::bufread::MultiGzDecoder;
 use pellucid_machine::params::nearest;
-use std::fs;
-use std::io::{self, Read};
+use polygon::has_area;
+use reading::{Found, Polygons, Reading, bad, line_error, read_error};
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
 
-type Loader = fn(&str, Vec<u8>) -> Result<Vec<Part>, SceneError>;
+type Loader = fn(&mut Reading, &mut dyn BufRead) -> Result<Vec<Part>, SceneError>;
 
 /// What a path may end in, in any case, and who reads it.
 const LOADERS: [(&str, Loader); 5] = [
@@ -25,13 +34,25 @@ const LOADERS: [(&str, Loader); 5] = [
     (".glb", gltf::load),
 ];
 
-/// Loads the mesh file at a path.
-pub(super) fn load(path: &str) -> Result<Vec<Part>, SceneError> {
+/// Bytes of a compressed file in which damage is looked for once something is wrong with what it holds.
+const MOST_DAMAGED: u64 = 1 << 26;
+
+/// What a mesh file gives.
+pub(super) struct Loaded {
+    /// Parts; at least one triangle of them has an area.
+    pub parts: Vec<Part>,
+    /// What is to be said of the file, each as one sentence.
+    pub notes: Vec<String>,
+    /// Whether there are parts of which the file says nothing of the opacity.
+    pub has_no_opacity: bool,
+}
+
+/// Loads the mesh file at a path into the room that there is.
+pub(super) fn load(path: &str, room: Room) -> Result<Loaded, SceneError> {
+    let unreadable = |source| SceneError::Unreadable { path: path.into(), source };
     let found = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(not_there(path)),
-        Err(source) => {
-            return Err(SceneError::Unreadable { path: path.into(), source });
-        }
+        Err(source) => return Err(unreadable(source)),
         Ok(data) if data.is_dir() => return Err(SceneError::Directory { path: path.into() }),
         Ok(found) => found,
     };
@@ -42,20 +63,37 @@ pub(super) fn load(path: &str) -> Result<Vec<Part>, SceneError> {
     if !found.is_file() {
         return Err(SceneError::Device { path: path.into() });
     }
-    let bytes =
-        fs::read(path).map_err(|source| SceneError::Unreadable { path: path.into(), source })?;
-    let parts = loader(path, bytes)?;
-    match parts.iter().all(|part| part.triangles.is_empty()) {
-        true => Err(bad(path, None, "has no triangles, expected at least one")),
-        false => Ok(parts),
+    let mut file = Reading::new(path, room);
+    let parts = loader(&mut file, &mut unmarked(File::open(path).map_err(unreadable)?))?;
+    let is_seen = |part: &Part| {
+        let corners = |triangle: &[u32; 3]| triangle.map(|i| part.positions[i as usize]);
+        part.triangles.iter().any(|triangle| has_area(corners(triangle)))
+    };
+    if !parts.iter().any(is_seen) {
+        return Err(file.has_nothing());
     }
+    Ok(file.loaded(parts))
 }
 
-/// The content of a file that a mesh names. A device may have no end, and a pipe may never have a beginning.
-fn content(path: &str) -> io::Result<Vec<u8>> {
+/// The bytes without a mark of their encoding; those of a text that is marked as UTF-16 as UTF-8.
+fn unmarked<'a>(bytes: impl Read + 'a) -> impl BufRead + 'a {
+    let mut decoder = DecodeReaderBytesBuilder::new();
+    BufReader::new(decoder.utf8_passthru(true).strip_bom(true).build(bytes))
+}
+
+/// The path of a file that a mesh names. A backslash parts folders where no file has it in its name.
+fn beside(mesh: &str, name: &str) -> PathBuf {
+    let folder = Path::new(mesh).with_file_name("");
+    let path = folder.join(name);
+    if path.exists() { path } else { folder.join(name.replace('\\', "/")) }
+}
+
+/// Opens a file that a mesh names. A device may have no end, and a pipe may never have a beginning.
+fn open(path: &Path) -> io::Result<File> {
     let found = fs::metadata(path)?;
-    match found.is_file() || found.is_dir() {
-        true => fs::read(path),
+    match found.is_file() {
+        true => File::open(path),
+        false if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
         false => Err(io::Error::other("it is a device or a pipe, expected a regular file")),
     }
 }
@@ -73,20 +111,14 @@ fn not_there(name: &str) -> SceneError {
     }
 }
 
-fn ply_gz(path: &str, bytes: Vec<u8>) -> Result<Vec<Part>, SceneError> {
-    let mut text = Vec::new();
-    match flate2::read::MultiGzDecoder::new(&bytes[..]).read_to_end(&mut text) {
-        Ok(_) => ply::load(path, text),
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-            Err(bad(path, None, "the gzip data is truncated"))
-        }
-        Err(error) => Err(bad(path, None, format!("expected gzip data: {error}"))),
-    }
-}
-
-/// An error in a mesh file's content.
-fn bad(path: &str, line: Option<usize>, what: impl Into<String>) -> SceneError {
-    SceneError::Mesh { path: path.into(), line, what: what.into() }
+fn ply_gz(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Part>, SceneError> {
+    let mut bytes = unmarked(MultiGzDecoder::new(bytes));
+    let parts = ply::load(file, &mut bytes);
+    // Whether the data is whole shows at its end. What is wrong may be so because it is not.
+    let rest = if parts.is_ok() { u64::MAX } else { MOST_DAMAGED };
+    let checked = io::copy(&mut bytes.take(rest), &mut io::sink());
+    checked.map_err(|error| read_error(file.path, error))?;
+    parts
 }
 
 #[cfg(test)]

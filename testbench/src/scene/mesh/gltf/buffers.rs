@@ -4,7 +4,7 @@
 //! beyond its buffer, or whose type does not fit its use, is an error. Sparse accessors are not supported.
 
 use crate::scene::SceneError;
-use crate::scene::mesh::{bad, content};
+use crate::scene::mesh::{Reading, bad, open};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::accessor::DataType;
@@ -21,12 +21,13 @@ use std::rc::Rc;
 pub(super) struct Buffers(Vec<Rc<Vec<u8>>>);
 
 impl Buffers {
-    /// Loads the buffers of the document that was read from `path`.
+    /// Loads the buffers of the document that was read from `mesh`.
     pub fn load(
-        path: &str,
+        mesh: &mut Reading,
         document: &Document,
         mut blob: Option<Vec<u8>>,
     ) -> Result<Buffers, SceneError> {
+        let path = mesh.path;
         let mut buffers = Vec::new();
         let mut files: HashMap<PathBuf, Rc<Vec<u8>>> = HashMap::new();
         for buffer in document.buffers() {
@@ -41,6 +42,7 @@ impl Buffers {
                         let (_, text) = data
                             .split_once(";base64,")
                             .ok_or_else(|| error("is no base64 data"))?;
+                        mesh.take(text.len())?;
                         let data = STANDARD.decode(text);
                         Rc::new(data.map_err(|_| error("is no valid base64 data"))?)
                     }
@@ -51,9 +53,11 @@ impl Buffers {
                         match files.entry(fs::canonicalize(&file).unwrap_or(file)) {
                             Entry::Occupied(read) => read.get().clone(),
                             Entry::Vacant(new) => {
-                                let data = content(&path);
-                                let unreadable = |source| SceneError::Unreadable { path, source };
-                                new.insert(Rc::new(data.map_err(unreadable)?)).clone()
+                                let data = open(Path::new(&path));
+                                let unreadable =
+                                    |source| SceneError::Unreadable { path: path.clone(), source };
+                                let mut data = data.map_err(unreadable)?;
+                                new.insert(Rc::new(mesh.whole(&path, &mut data)?)).clone()
                             }
                         }
                     }

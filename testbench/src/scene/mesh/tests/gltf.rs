@@ -92,7 +92,10 @@ fn a_bad_gltf_is_refused() {
             good.replace(r#""POSITION":0"#, r#""POSITION":9"#),
             "a.gltf: has the accessor index 9, expected one below 2",
         ),
-        (good.replace(r#""mesh":0,"#, ""), "a.gltf: has no triangles, expected at least one"),
+        (
+            good.replace(r#""mesh":0,"#, ""),
+            "a.gltf: has no triangles with an area, expected at least one",
+        ),
     ];
     for (file, expected) in cases {
         assert_eq!(message("a.gltf", file), expected);

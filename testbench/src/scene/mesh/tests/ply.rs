@@ -2,13 +2,6 @@
 
 use super::*;
 use glam::{Vec3, vec3, vec4};
-use std::io::Write;
-
-fn gzip(content: &[u8]) -> Vec<u8> {
-    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(content).unwrap();
-    encoder.finish().unwrap()
-}
 
 pub(super) const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                    element face 1\nproperty list uchar int vertex_indices\nend_header\n\
@@ -70,9 +63,14 @@ fn a_bad_ply_is_refused_with_its_line() {
             PLY.replace("float y", "flat y"),
             "a.ply, line 5: `property flat y` is no line of a PLY header",
         ),
+        (PLY.replace("end_header\n", ""), "a.ply, line 9: `0 0 0` is no line of a PLY header"),
         (
             PLY.replace("end_header", "comment"),
-            "a.ply, line 10: `0 0 0` is no line of a PLY header",
+            "a.ply: the file ends in the header, expected `end_header`",
+        ),
+        (
+            PLY.replace("element face 1", "element vertex 1"),
+            "a.ply, line 7: the header has the element `vertex` a second time",
         ),
         (
             PLY.replace("float z", "float w"),
@@ -87,17 +85,22 @@ fn a_bad_ply_is_refused_with_its_line() {
             "a.ply: the header has no list `vertex_indices` in the element `face`",
         ),
         (PLY.replace("1 1 0\n", "1 1e39 0\n"), "a.ply, line 12: vertex 2 is not finite"),
-        (
-            PLY.replace("1 1 0\n", "1 nan 0\n"),
-            "a.ply, line 12: `1 nan 0` is no element `vertex` as the header declares it",
-        ),
+        (PLY.replace("1 1 0\n", "1 nan 0\n"), "a.ply, line 12: vertex 2 is not finite"),
         (
             PLY.replace("1 1 0\n", "1 1\n"),
-            "a.ply, line 12: `1 1` is no element `vertex` as the header declares it",
+            "a.ply, line 13: `1 0` is left over after an element `vertex`",
         ),
         (
             PLY.replace("1 1 0\n", "1 x 0\n"),
-            "a.ply, line 12: `1 x 0` is no element `vertex` as the header declares it",
+            "a.ply, line 12: found `x`, expected a number for `y` of an element `vertex`",
+        ),
+        (
+            PLY.replace("4 0 1", "-4 0 1"),
+            "a.ply, line 14: the list `vertex_indices` of an element `face` has -4 items, expected 0 or more",
+        ),
+        (
+            PLY.replace("2 3\n", "2 2.5\n"),
+            "a.ply, line 14: found the vertex index 2.5, expected a whole number",
         ),
         (
             PLY.replace("2 3\n", "2 4\n"),
@@ -109,7 +112,7 @@ fn a_bad_ply_is_refused_with_its_line() {
         ),
         (
             PLY.replace("4 0 1 2 3", "2 0 1"),
-            "a.ply, line 14: face 0 has 2 corners, expected 3 or more",
+            "a.ply: has no triangles with an area, expected at least one: it has 1 face without an area",
         ),
         (
             PLY.replace("4 0 1 2 3\n", ""),
@@ -119,12 +122,86 @@ fn a_bad_ply_is_refused_with_its_line() {
         (String::new(), "a.ply: the file ends in the header, expected `end_header`"),
         (
             PLY.replace("face 1", "face 0").replace("4 0 1 2 3\n", ""),
-            "a.ply: has no triangles, expected at least one",
+            "a.ply: has no triangles with an area, expected at least one: it has 4 points",
         ),
     ];
     for (file, expected) in cases {
         assert_eq!(message("a.ply", file), expected);
     }
+}
+
+/// The corners of all triangles.
+fn corners(part: &Part) -> Vec<[Vec3; 3]> {
+    part.triangles.iter().map(|t| t.map(|i| part.positions[i as usize])).collect()
+}
+
+#[test]
+fn a_text_is_read_however_its_lines_are_broken() {
+    let [a, b, c, d] = SQUARE;
+    for text in [
+        PLY.replace('\n', "\r"),
+        PLY.replace('\n', "\r\n"),
+        PLY.replace("1 1 0\n", "1\n1 0\n"),
+        PLY.replace("0 0 0\n", "\n 0\t0  0 \n\n"),
+        PLY.replace(
+            "element vertex",
+            "comment made by\nsomething old, on\n\nobj_info x\nelement vertex",
+        ),
+        PLY.replace("face 1", "face 3").replace("4 0 1", "0\n2 1 2\n4 0 1"),
+        PLY.replace(
+            "element face",
+            "element edge 1\nproperty list int double x\nproperty short y\nelement face",
+        )
+        .replace("4 0 1", "2 1 nan 7\n4 0 1"),
+    ] {
+        let parts = loaded("a.ply", &text).unwrap();
+        assert_eq!(corners(&parts[0]), [[a, b, c], [a, c, d]], "{text}");
+    }
+}
+
+#[test]
+fn strips_turn_alternately_and_begin_anew_where_they_say_so() {
+    let text = PLY.replace("face 1", "tristrips 1").replace("4 0 1 2 3", "9 0 1 3 2 -1 3 2 2 1");
+    let parts = loaded("a.ply", text).unwrap();
+    assert_eq!(parts[0].triangles, [[0, 1, 3], [3, 1, 2]], "of four, two only lead on");
+    let bad = PLY.replace("face 1", "tristrips 1").replace("4 0 1 2 3", "4 0 1 3 4");
+    assert_eq!(
+        message("a.ply", bad),
+        "a.ply, line 14: tristrips 0 has the vertex index 4, expected one below 4"
+    );
+}
+
+#[test]
+fn a_face_has_its_colour_where_the_vertices_have_none() {
+    let text = PLY
+        .replace("element face 1", "element face 2")
+        .replace(
+            "end_header",
+            "property float red\nproperty float green\nproperty uchar blue\nend_header",
+        )
+        .replace("4 0 1 2 3", "3 0 1 2 1 0.5 0\n3 0 2 3 0 0 255");
+    let part = &loaded("a.ply", &text).unwrap()[0];
+    let [a, b, c, d] = SQUARE;
+    assert_eq!(corners(part), [[a, b, c], [a, c, d]]);
+    let (orange, blue) = (vec4(1.0, 0.5, 0.0, 0.5), vec4(0.0, 0.0, 1.0, 0.5));
+    assert_eq!(part.colours, [orange, orange, orange, blue, blue, blue]);
+}
+
+#[test]
+fn opacity_that_a_file_does_not_state_is_told_of() {
+    let with = |alpha: &str, value: &str| {
+        let channels = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+        let text = PLY.replace("element face", &format!("{channels}{alpha}element face"));
+        let text = SQUARE.iter().fold(text, |text, p| {
+            let line = format!("\n{} {} 0", p.x, p.y);
+            text.replace(&format!("{line}\n"), &format!("{line} 255 0 51{value}\n"))
+        });
+        with_notes("a.ply", text).unwrap()
+    };
+    let (without, of) = (with("", ""), with("property uchar alpha\n", " 51"));
+    assert_eq!(without.parts[0].colours, [vec4(1.0, 0.0, 0.2, 0.5); 4]);
+    assert_eq!(of.parts[0].colours, [vec4(1.0, 0.0, 0.2, 0.2); 4]);
+    assert_eq!((without.has_no_opacity, of.has_no_opacity), (true, false));
 }
 
 #[test]
