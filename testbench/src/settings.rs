@@ -3,7 +3,12 @@
 
 use crate::output::reason;
 use pellucid_machine::architecture::Setting;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// Most bytes of a file.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// A text or a file that is no settings.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,8 +67,15 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
 /// # Errors
 /// The file cannot be read, or has anything but numbers and strings.
 pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|e| SettingsError::Read { path: path.to_owned(), reason: reason(&e) })?;
+    let refused = |reason| SettingsError::Read { path: path.to_owned(), reason };
+    let mut text = String::new();
+    let file = File::open(path).map_err(|error| refused(reason(&error)))?;
+    // What has no end is not read to it.
+    let read = file.take(MOST_BYTES + 1).read_to_string(&mut text);
+    if read.map_err(|error| refused(reason(&error)))? as u64 > MOST_BYTES {
+        return Err(refused(format!("it is longer than {MOST_BYTES} bytes")));
+    }
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
         SettingsError::Line {

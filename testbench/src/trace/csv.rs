@@ -27,6 +27,9 @@ use pellucid_machine::pixel::Screen;
 /// The line that names the columns.
 pub(super) const COLUMNS: &str = "x,y,z,r,g,b,a";
 
+/// What may stand before a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
+
 /// Longest accepted line in bytes, spaces and line end included.
 const MAX_LINE_BYTES: usize = 4096;
 
@@ -45,6 +48,9 @@ impl<'a, R: Read> Reader<'a, R> {
     pub(super) fn new(path: &'a Path, reader: R) -> Result<Reader<'a, R>, TraceError> {
         let mut lines = Lines { path, window: Window::new(reader), number: 0 };
         lines.want_line()?;
+        if lines.window.bytes().starts_with(BYTE_ORDER_MARK) {
+            lines.window.consume(BYTE_ORDER_MARK.len());
+        }
         if lines.window.bytes().starts_with(&MAGIC[..7]) {
             return Err(TraceError::OtherForm {
                 path: path.to_owned(),
