@@ -19,6 +19,7 @@ use pellucid_machine::pixel::MAX_SIDE;
 use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::output::partial::leave_behind;
 use pellucid_testbench::output::{OutputError, abandon};
+use pellucid_testbench::room::Limit;
 use pellucid_testbench::scene::{AlphaRule, Camera, Options, built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
@@ -104,8 +105,12 @@ struct ViewArgs {
     #[arg(long, value_name = "EYE:TARGET[:FOV]", allow_hyphen_values = true)]
     camera: Option<Camera>,
     /// Opacity 0 to 1 of all meshes, or of the one of that name; may be given several times
+    /// [default: what the file states, 0.5 where it states none]
     #[arg(long, value_name = "[NAME=]ALPHA")]
     alpha: Vec<AlphaRule>,
+    /// Most memory that a mesh may take while it is read, as `4G` [default: half of what the computer has left]
+    #[arg(long, value_name = "BYTES")]
+    memory_limit: Option<Limit>,
 }
 
 impl ViewArgs {
@@ -115,8 +120,11 @@ impl ViewArgs {
             height: self.height,
             camera: self.camera,
             alphas: self.alpha.clone(),
+            memory_limit: self.memory_limit,
         };
-        Source::open(scene, &options)
+        let source = Source::open(scene, &options)?;
+        source.notes().iter().for_each(|note| tell(&format!("note: {note}")));
+        Ok(source)
     }
 
     /// What is given of it: options with their values.

@@ -142,9 +142,15 @@ fn meshes_are_checked() {
         ("a.txt", format!("a.txt: unknown kind of file, expected {files}")),
         ("a.ply", "a.ply, line 1: expected `ply` as the first line".into()),
         ("a.ply.gz", "a.ply.gz: the gzip data is truncated".into()),
-        ("empty.obj", "empty.obj: has no triangles, expected at least one".into()),
-        ("points.obj", "points.obj: has no triangles, expected at least one".into()),
-        ("nan.obj", "nan.obj, line 2: the vertex is not finite".into()),
+        ("empty.obj", "empty.obj: has no triangles with an area, expected at least one".into()),
+        (
+            "points.obj",
+            "points.obj: has no triangles with an area, expected at least one: it has 3 vertices".into(),
+        ),
+        (
+            "nan.obj",
+            "nan.obj, line 2: expected a vertex as v X Y Z, v X Y Z W or v X Y Z R G B, of finite numbers".into(),
+        ),
         ("index.obj", "index.obj, line 4: vertex index 9 is out of range, expected 1..=3".into()),
     ] {
         refused(folder.path(), &["run", "--scene", name], &message);
