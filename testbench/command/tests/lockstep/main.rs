@@ -1,6 +1,8 @@
 //! The exported Verilog against the Rust run, every output on every cycle, in Icarus and in Verilator. The netlist itself
 //! is compared with the machine in the tests of each architecture, which need no tool.
 
+mod flips;
+mod text;
 #[path = "../tools/mod.rs"]
 mod tools;
 mod triangles;
