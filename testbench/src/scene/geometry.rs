@@ -1,6 +1,6 @@
 //! Triangles as a loader or a builder hands them over: parts with names, before any lighting.
 
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Mat3, Vec3, Vec4};
 
 /// Opacity of a mesh that states none.
 pub(super) const DEFAULT_ALPHA: f32 = 0.5;
@@ -29,6 +29,9 @@ pub(super) struct Part {
     pub rim: f32,
     /// Vertices of each triangle, all in range.
     pub triangles: Vec<[u32; 3]>,
+    /// The covariance of the splat at each vertex, all finite, or empty if the vertices are those of triangles. Splats
+    /// have colours and are not lit.
+    pub splats: Vec<Mat3>,
 }
 
 impl Part {

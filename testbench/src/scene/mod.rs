@@ -18,6 +18,7 @@ mod mesh;
 mod raster;
 mod set_up;
 mod shade;
+mod splat;
 
 pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
@@ -194,11 +195,11 @@ impl Scene {
         }
     }
 
-    /// How many triangles, particles or pixel layers a call of [`Scene::play`] goes through.
+    /// How many triangles, splats, particles or pixel layers a call of [`Scene::play`] goes through.
     pub fn primitives(&self) -> usize {
         match &self.content {
-            Content::Surface(surface) => surface.projected.triangles(),
-            Content::Panes(panes) => panes.triangles(),
+            Content::Surface(surface) => surface.projected.primitives(),
+            Content::Panes(panes) => panes.primitives(),
             Content::Smoke(smoke) => smoke.particles(),
             Content::Paper(paper) => paper.layers(),
         }

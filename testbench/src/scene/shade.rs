@@ -8,6 +8,8 @@ use super::camera::{Camera, View};
 use super::clip::Vertex;
 use super::geometry::Part;
 use super::raster::Raster;
+use super::set_up::point;
+use super::splat::Ellipse;
 use glam::{Vec3, Vec4};
 use pellucid_machine::pixel::Fragment;
 use pellucid_machine::primitive::Primitive;
@@ -30,12 +32,14 @@ pub(super) struct Surface {
     pub projected: Projected,
 }
 
-/// Projected triangles in order of submission, with the colours of their corners.
+/// Projected triangles and splats in order of submission, with the colours of their corners.
 #[derive(Debug)]
 pub(super) struct Projected {
     vertices: Vec<Vertex>,
     triangles: Vec<[u32; 3]>,
+    splats: Vec<Ellipse>,
     raster: Raster,
+    info: Screen,
 }
 
 impl Surface {
@@ -47,7 +51,15 @@ impl Surface {
         let view = camera.view(&points, aspect);
         let mut vertices = Vec::with_capacity(points.len());
         let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
+        let mut splats = vec![];
         for part in &*parts {
+            if !part.splats.is_empty() {
+                let seen = |i: usize| {
+                    Ellipse::new(part.positions[i], part.splats[i], part.colours[i], &view, info)
+                };
+                splats.extend((0..part.splats.len()).filter_map(seen));
+                continue;
+            }
             let first = vertices.len() as u32;
             triangles.extend(part.triangles.iter().map(|corners| corners.map(|i| first + i)));
             let normals = part.unit_normals();
@@ -56,7 +68,7 @@ impl Surface {
                 colour: lit(part, i, normals[i], &view),
             }));
         }
-        let projected = Projected::new(vertices, triangles, info);
+        let projected = Projected { splats, ..Projected::new(vertices, triangles, info) };
         Surface { parts, camera, info, projected }
     }
 
@@ -69,23 +81,23 @@ impl Surface {
 impl Projected {
     /// Triangles by the numbers of their corners.
     pub fn new(vertices: Vec<Vertex>, triangles: Vec<[u32; 3]>, info: Screen) -> Projected {
-        Projected { vertices, triangles, raster: Raster::new(info) }
+        Projected { vertices, triangles, splats: vec![], raster: Raster::new(info), info }
     }
 
-    /// How many triangles a play goes through.
-    pub fn triangles(&self) -> usize {
-        self.triangles.len()
+    /// How many triangles and splats a play goes through.
+    pub fn primitives(&self) -> usize {
+        self.triangles.len() + self.splats.len()
     }
 
-    /// Sends the fragments of all triangles in order of submission.
+    /// Sends the fragments of all triangles, then of all splats, in order of submission.
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         for corners in &self.triangles {
             self.raster.draw(corners.map(|i| self.vertices[i as usize]), sink)?;
         }
-        Ok(())
+        self.splats.iter().try_for_each(|splat| splat.draw(self.info, sink))
     }
 
-    /// Sends all triangles, set up, in order of submission.
+    /// Sends all triangles, set up, then each fragment of the splats as a [`point`], in order of submission.
     pub fn play_primitives<E>(
         &self,
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
@@ -93,7 +105,8 @@ impl Projected {
         for corners in &self.triangles {
             self.raster.set_up(corners.map(|i| self.vertices[i as usize]), sink)?;
         }
-        Ok(())
+        let mut each = |fragment| sink(point(fragment));
+        self.splats.iter().try_for_each(|splat| splat.draw(self.info, &mut each))
     }
 }
 

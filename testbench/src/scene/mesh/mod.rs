@@ -39,7 +39,7 @@ const MOST_DAMAGED: u64 = 1 << 26;
 
 /// What a mesh file gives.
 pub(super) struct Loaded {
-    /// Parts; at least one triangle of them has an area.
+    /// Parts; they have at least one triangle with an area, or splats.
     pub parts: Vec<Part>,
     /// What is to be said of the file, each as one sentence.
     pub notes: Vec<String>,
@@ -67,7 +67,7 @@ pub(super) fn load(path: &str, room: Room) -> Result<Loaded, SceneError> {
     let parts = loader(&mut file, &mut unmarked(File::open(path).map_err(unreadable)?))?;
     let is_seen = |part: &Part| {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| part.positions[i as usize]);
-        part.triangles.iter().any(|triangle| has_area(corners(triangle)))
+        !part.splats.is_empty() || part.triangles.iter().any(|triangle| has_area(corners(triangle)))
     };
     if !parts.iter().any(is_seen) {
         return Err(file.has_nothing());

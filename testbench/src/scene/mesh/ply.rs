@@ -1,10 +1,12 @@
-//! PLY, ASCII and binary: positions, colours of vertices or faces, polygons of any number of sides, and strips.
+//! PLY, ASCII and binary: positions, colours of vertices or faces, polygons of any number of sides, strips, and
+//! Gaussian splats.
 //!
 //! Colours are `red`, `green`, `blue` and `alpha`, integers of the type's full range or floats of 0..=1. Numbers are read
 //! as they come, whether an element goes over one line or several.
 
 mod faces;
 mod header;
+mod splats;
 mod values;
 mod vertices;
 
@@ -29,23 +31,27 @@ pub(super) fn load(file: &mut Reading, text: &mut dyn BufRead) -> Result<Vec<Par
     check(file, &header)?;
     let mut values = Values::new(&mut lines, header.encoding);
     let mut part = Part::new(vec![stem(file.path)]);
+    let is_empty =
+        |(name, _): &(&str, bool)| header.element(name).is_none_or(|element| element.count == 0);
+    let has_no_faces = FACES.iter().all(is_empty);
     for element in &header.elements {
         match FACES.iter().find(|(name, _)| element.name == *name) {
             Some((_, is_strip)) => faces::read(file, &mut values, element, *is_strip, &mut part)?,
+            None if element.name == "vertex" && has_no_faces && splats::are_splats(element) => {
+                splats::read(file, &mut values, element, &mut part)?;
+            }
             None if element.name == "vertex" => {
                 vertices::read(file, &mut values, element, &mut part)?;
             }
             None => skip(file, &mut values, element)?,
         }
     }
-    let is_empty =
-        |(name, _): &(&str, bool)| header.element(name).is_none_or(|element| element.count == 0);
-    if FACES.iter().all(is_empty) {
+    if has_no_faces && part.splats.is_empty() {
         let points = format!("{} points", part.positions.len());
         file.not_seen(Some((points, "no face".into())));
     }
     let has_alpha = |element: &Element| vertices::has_colour(element) == (true, true);
-    if !header.elements.iter().any(has_alpha) {
+    if part.splats.is_empty() && !header.elements.iter().any(has_alpha) {
         file.has_no_opacity();
     }
     Ok(vec![part])

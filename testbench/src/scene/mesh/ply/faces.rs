@@ -43,7 +43,7 @@ pub(super) fn read(
                 read_corners(file, values, element, property, is_strip, &mut corners)?;
             } else if let Some(channel) = channel(property) {
                 let value = values.number(file, element, property, property.scalar)?;
-                colour[channel] = fraction(property, value);
+                colour[channel] = fraction(value, property.scalar.full_scale());
             } else {
                 values.skip(file, element, property)?;
             }

@@ -104,6 +104,26 @@ impl<'a, 'b> Values<'a, 'b> {
         Ok(())
     }
 
+    /// Reads an element: of its properties those with a field into that field, and forgets the others.
+    pub fn element(
+        &mut self,
+        file: &Reading,
+        element: &Element,
+        fields: &[Option<usize>],
+        found: &mut [f64],
+    ) -> Result<(), SceneError> {
+        self.begin(file, element)?;
+        for (property, field) in element.properties.iter().zip(fields) {
+            match field.filter(|_| property.count.is_none()) {
+                Some(field) => {
+                    found[field] = self.number(file, element, property, property.scalar)?
+                }
+                None => self.skip(file, element, property)?,
+            }
+        }
+        self.end(file, element)
+    }
+
     fn next_line(&mut self, file: &Reading, element: &Element) -> Result<(), SceneError> {
         loop {
             let more =

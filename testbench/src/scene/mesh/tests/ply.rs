@@ -217,3 +217,37 @@ fn damaged_gzip_data_is_refused() {
     damaged[middle..middle + 8].fill(0xff);
     assert!(message("a.ply.gz", &damaged).starts_with("a.ply.gz: expected gzip data: "));
 }
+
+#[test]
+fn splats_have_the_colour_opacity_and_shape_that_their_numbers_stand_for() {
+    let names = "x y z nx f_dc_0 f_dc_1 f_dc_2 f_rest_0 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
+    let properties: String =
+        names.split(' ').map(|name| format!("property float {name}\n")).collect();
+    let header = format!("ply\nformat ascii 1.0\nelement vertex 2\n{properties}end_header\n");
+    // A tint of 1 adds 0.5 / sqrt(pi) to a half; an opacity of ln 3 is 3/4; a quarter turn about z.
+    let first = "1 2 3 9 1 0 -9 9 1.0986123 0 0.6931472 -0.6931472 2 0 0 2\n";
+    let text = format!("{header}{first}{}", "0 0 0 0 0 0 0 0 0 0 0 0 1 0 0 0\n");
+    let loaded = with_notes("a.ply", &text).unwrap();
+    let part = &loaded.parts[0];
+    assert_eq!((part.positions[0], part.triangles.len()), (vec3(1.0, 2.0, 3.0), 0));
+    let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+    let expected = [0.782_094_8, 0.5, 0.0, 0.75];
+    assert!(
+        part.colours[0].to_array().iter().zip(expected).all(|(a, b)| near(*a, b)),
+        "{:?}",
+        part.colours
+    );
+    // Variances of 1, 4 and 1/4, the first two exchanged by the turn.
+    let variances = part.splats[0].to_cols_array();
+    let expected = [4.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.25];
+    assert!(variances.iter().zip(expected).all(|(a, b)| near(*a, b)), "{variances:?}");
+    assert!(loaded.notes.is_empty() && !loaded.has_no_opacity);
+
+    let bad = text.replace("0.6931472 -", "99 -");
+    assert_eq!(message("a.ply", bad), "a.ply, line 21: splat 0 is not finite");
+    let bad = text.replace(" 2 0 0 2\n", " 0 0 0 0\n");
+    assert_eq!(message("a.ply", bad), "a.ply, line 21: splat 0 is not finite");
+    let points = text.replace("rot_3", "rot_4");
+    let none = "a.ply: has no triangles with an area, expected at least one: it has 2 points";
+    assert_eq!(message("a.ply", points), none);
+}
