@@ -160,7 +160,31 @@ fn meshes_are_checked() {
         std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.ply")).unwrap();
         let message = format!("zero.ply: is no regular file, expected {files}");
         refused(folder.path(), &["run", "--scene", "zero.ply"], &message);
+        let message = "cannot read `/dev/zero`: it is longer than 1048576 bytes";
+        refused(folder.path(), &["run", "--config", "/dev/zero"], message);
     }
+}
+
+#[test]
+fn a_mesh_has_a_limit_of_memory_and_notes() {
+    let folder = folder();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 1 2 3\n";
+    fs::write(folder.path().join("a.obj"), triangle).unwrap();
+    let limited = |limit| {
+        ["run", "--scene", "a.obj", "--width", "8", "--height", "6", "--memory-limit", limit]
+    };
+    refused(
+        folder.path(),
+        &limited("20"),
+        "a.obj: does not fit into the memory that a scene may take, 20; `--memory-limit` sets another limit",
+    );
+    let output = pellucid(folder.path(), &limited("1M"));
+    assert_eq!(
+        stderr(&output),
+        "note: a.obj: not seen: 1 line (line 4)\n\
+         note: a.obj: what has no opacity of its own is drawn at 0.5, `--alpha` sets another\n"
+    );
+    assert!(output.status.success());
 }
 
 #[test]
