@@ -72,7 +72,8 @@ impl FromStr for Limit {
 
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let unit = UNITS.into_iter().find(|(_, bits)| self.0 > 0 && self.0 % (1 << bits) == 0);
+        let unit =
+            UNITS.into_iter().find(|(_, bits)| self.0 > 0 && self.0.is_multiple_of(1 << bits));
         match unit {
             Some((unit, bits)) => write!(f, "{}{unit}", self.0 >> bits),
             None => self.0.fmt(f),
