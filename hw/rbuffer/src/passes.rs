@@ -147,3 +147,6 @@ impl Block for Passes {
         Out { begins, done }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -244,3 +244,6 @@ impl Block for Selector {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,6 +26,8 @@ pub mod scan;
 pub mod sections;
 pub mod ssa;
 pub mod store;
+#[cfg(test)]
+mod stored;
 pub mod tables;
 pub mod walk;
 pub mod weigh;

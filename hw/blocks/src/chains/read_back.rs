@@ -200,3 +200,6 @@ impl Block for ReadBack {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

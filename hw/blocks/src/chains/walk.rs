@@ -122,3 +122,6 @@ impl Block for BitWalk {
         Out { take, read, clear }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -168,3 +168,6 @@ impl Block for Weigh {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

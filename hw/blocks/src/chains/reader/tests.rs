@@ -1,78 +1,21 @@
 use super::*;
 use crate::chains::config::Shape;
+use crate::chains::stored::{Pixel, Stored, meaning, reference};
 use crate::chains::tables::SsaEntry;
 use crate::test_util::{Pattern, Source, edge, pattern, screen, shape, traffic};
-use pellucid_sim::{Label, Ram1RW, Sim, StreamMonitor};
+use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 
 const ON_CHIP: u32 = 60;
 const OUTSIDE: u32 = 60;
 const NULL: u32 = ON_CHIP + OUTSIDE;
 
-/// A pixel: the depths of its fragments in the order of its chain, and its opaque depth.
-#[derive(Clone, Debug)]
-struct Pixel {
-    layers: Vec<u32>,
-    depth: u32,
-}
-
-impl Pixel {
-    fn visible(&self) -> u32 {
-        self.layers.iter().filter(|z| **z < self.depth).count() as u32
-    }
-    fn passes(&self, k: u32) -> u32 {
-        self.visible().div_ceil(k).max(1)
-    }
-}
-
-fn colour(pixel: usize, layer: usize) -> u32 {
-    (pixel as u32) << 16 | layer as u32
-}
-
-/// A fragment as it must arrive. `last_pass` has a meaning on the last of a pass alone: elsewhere it
-/// is taken as false.
-fn meaning(arrived: Marked<Arrived>) -> Marked<Arrived> {
-    let Marked { end, item } = arrived;
-    if end {
-        return Marked::end();
-    }
-    Marked::item(Arrived { last_pass: item.last && item.last_pass, ..item })
-}
-
-/// What must arrive: each pixel's chain in order, pass after pass, then the end.
-fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
-    let mut arrived = vec![];
-    for (number, pixel) in pixels.iter().enumerate() {
-        let passes = pixel.passes(k);
-        for pass in 1..=passes {
-            for (layer, &z) in pixel.layers.iter().enumerate() {
-                let last = layer + 1 == pixel.layers.len();
-                arrived.push(Marked::item(Arrived {
-                    pixel: number as u32,
-                    z,
-                    rgba: colour(number, layer),
-                    weight: 0,
-                    visible: z < pixel.depth,
-                    last,
-                    last_pass: last && pass == passes,
-                    label: Label::new(layer as u32, number as u16, 0),
-                }));
-            }
-        }
-    }
-    arrived.push(Marked::end());
-    arrived
-}
-
 /// The reader beside models of what it reads, and of the release queue.
 struct Bench {
     sim: Sim<ChainReader>,
-    nsa: Ram1RW<NsaEntry>,
-    words: BTreeMap<(u32, u32), Word>,
+    stored: Stored,
     chains: Vec<Chain>,
-    /// Sections of the chains.
-    used: Vec<u32>,
 }
 
 /// When things come and go.
@@ -107,45 +50,14 @@ impl Bench {
     fn new(shape: Shape, pixels: &[Pixel], sections: &[u32]) -> Bench {
         let shape = Shape { on_chip: ON_CHIP, outside: OUTSIDE, ..shape };
         let cfg = Config::new(screen(8, 8), shape);
-        let mut sections = sections.iter().copied();
-        let mut bench = Bench {
-            sim: Sim::new(cfg),
-            nsa: Ram1RW::new(NULL, cfg, 1),
-            words: BTreeMap::new(),
-            chains: vec![],
-            used: vec![],
+        let stored = Stored::new(&cfg, pixels, sections);
+        let chain = |(number, (pixel, entry)): (usize, (&Pixel, &SsaEntry))| Chain {
+            pixel: number as u32,
+            depth: pixel.depth,
+            entry: *entry,
         };
-        for (number, pixel) in pixels.iter().enumerate() {
-            let groups = pixel.layers.chunks(cfg.shape.capacity as usize);
-            let own: Vec<u32> = sections.by_ref().take(groups.len()).collect();
-            let mut layer = 0;
-            for (at, group) in groups.enumerate() {
-                for (slot, &z) in group.iter().enumerate() {
-                    let label = Label::new(layer as u32, number as u16, 0);
-                    let word = Word { z, rgba: colour(number, layer), weight: 0, label };
-                    bench.words.insert((own[at], slot as u32), word);
-                    layer += 1;
-                }
-                let next = own.get(at + 1).copied().unwrap_or(NULL);
-                let fill = group.len() as u32;
-                // The last section of a chain has an entry only where the SSA table knows no tail.
-                if !cfg.shape.tail {
-                    bench.nsa.write(own[at], NsaEntry { next, fill });
-                } else if next != NULL {
-                    bench.nsa.write(own[at], NsaEntry { next, fill: 0 });
-                }
-                edge(&mut bench.nsa);
-            }
-            let entry = if cfg.shape.tail {
-                let fill = (pixel.layers.len() as u32 - 1) % cfg.shape.capacity + 1;
-                SsaEntry { head: own[0], tail: own[own.len() - 1], fill }
-            } else {
-                SsaEntry { head: own[0], tail: 0, fill: 0 }
-            };
-            bench.chains.push(Chain { pixel: number as u32, depth: pixel.depth, entry });
-            bench.used.extend(own);
-        }
-        bench
+        let chains = pixels.iter().zip(&stored.entries).enumerate().map(chain).collect();
+        Bench { sim: Sim::new(cfg), stored, chains }
     }
 
     /// Reads all chains as one frame.
@@ -154,44 +66,32 @@ impl Bench {
         let frame = self.chains.iter().copied().map(Marked::item).chain([Marked::end()]);
         let mut source = Source::new(frame, timing.starts.clone());
         let mut monitor = StreamMonitor::new("arrived", "ChainReader", "test");
-        // Answers on their way, with the cycle in which they are shown.
-        let mut answers: VecDeque<(u64, Word)> = VecDeque::new();
         let (mut open, mut committed) = (vec![], VecDeque::new());
         let (mut read_from, mut let_go) = (BTreeSet::new(), BTreeSet::new());
         let mut seen = Seen::default();
         let mut ended = false;
         for cycle in 0.. {
             assert!(cycle < 100_000, "the frame does not end: {seen:?}");
-            let word = match answers.front() {
-                Some((due, word)) if *due == cycle => Read { valid: true, data: *word },
-                _ => Read::default(),
-            };
-            if word.valid {
-                answers.pop_front();
-            }
+            let word = self.stored.words.answer(cycle);
             let release_ready = ((open.len() + committed.len()) as u32) < cfg.release.depth;
             let moore = self.sim.moore();
             let arrived = moore.arrived.with(timing.arrived_ready.at(cycle));
             monitor.observe(arrived).unwrap();
             let i = In {
                 chain: source.offer(cycle),
-                nsa: self.nsa.q(),
+                nsa: self.stored.nsa.q(),
                 word,
                 arrived_ready: arrived.ready,
                 release_ready,
             };
             source.edge(moore.ready);
             let out = self.sim.clock(i).unwrap().out;
-            self.nsa.pass(out.nsa);
-            edge(&mut self.nsa);
+            self.stored.nsa.pass(out.nsa);
+            edge(&mut self.stored.nsa);
 
             if out.read.valid {
-                let Place { section, slot } = out.read.payload;
-                let latency = if section < ON_CHIP { 1 } else { cfg.shape.outside_latency };
-                let due = cycle + u64::from(latency);
-                let before = answers.back().is_none_or(|(last, _)| *last < due);
-                assert!(before, "cycle {cycle}: an answer meets or passes another");
-                answers.push_back((due, self.words[&(section, slot)]));
+                let section = out.read.payload.section;
+                self.stored.words.ask(cycle, out.read.payload);
                 assert!(
                     !let_go.contains(&section),
                     "cycle {cycle}: section {section} was released"
@@ -326,18 +226,18 @@ proptest! {
             ..shape()
         };
         let mut bench = Bench::new(shape, &pixels, &sections);
-        let (nsa_reads, _) = traffic(&mut bench.nsa);
+        let (nsa_reads, _) = traffic(&mut bench.stored.nsa);
         let seen = bench.read(&timing);
         // Each pass reads the NSA entry of each section once, and so does the releasing walk of a
         // pixel that does not fit the sorter. With `tail` a chain's last section has none.
         let walks = |p: &Pixel| p.passes(sorter_depth) + u32::from(p.layers.len() as u32 > sorter_depth);
         let entries = |p: &Pixel| (p.layers.len() as u32).div_ceil(section_capacity) - u32::from(!walk);
         let expected: u32 = pixels.iter().map(|p| walks(p) * entries(p)).sum();
-        prop_assert_eq!(traffic(&mut bench.nsa).0 - nsa_reads, u64::from(expected));
+        prop_assert_eq!(traffic(&mut bench.stored.nsa).0 - nsa_reads, u64::from(expected));
         let expected = reference(&pixels, sorter_depth);
         prop_assert_eq!(arrivals(&seen), expected.clone());
         prop_assert_eq!(arrivals(&bench.read(&timing)), expected, "the second frame");
-        let (mut released, mut used) = (seen.released, bench.used);
+        let (mut released, mut used) = (seen.released, bench.stored.used);
         released.sort();
         used.sort();
         prop_assert_eq!(released, used, "each section is released once");

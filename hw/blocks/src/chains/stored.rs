@@ -1,0 +1,165 @@
+//! Chains as the store unit leaves them, for the tests of blocks that read them: what is in which table, and
+//! what must come of it.
+
+use super::config::Config;
+use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use crate::test_util::edge;
+use pellucid_machine::pixel::{Arrived, Marked};
+use pellucid_sim::{Label, Ram1RW, Read};
+use std::collections::{BTreeMap, VecDeque};
+
+/// A pixel: the depths of its fragments in the order of its chain, and its opaque depth.
+#[derive(Clone, Debug)]
+pub struct Pixel {
+    pub layers: Vec<u32>,
+    pub depth: u32,
+}
+
+impl Pixel {
+    pub fn visible(&self) -> u32 {
+        self.layers.iter().filter(|z| **z < self.depth).count() as u32
+    }
+    pub fn passes(&self, k: u32) -> u32 {
+        self.visible().div_ceil(k).max(1)
+    }
+}
+
+fn colour(pixel: usize, layer: usize) -> u32 {
+    (pixel as u32) << 16 | layer as u32
+}
+
+/// A fragment as it must arrive. `last_pass` has a meaning on the last of a pass alone: elsewhere it
+/// is taken as false.
+pub fn meaning(arrived: Marked<Arrived>) -> Marked<Arrived> {
+    let Marked { end, item } = arrived;
+    if end {
+        return Marked::end();
+    }
+    Marked::item(Arrived { last_pass: item.last && item.last_pass, ..item })
+}
+
+/// What must arrive: each pixel's chain in order, pass after pass, then the end.
+pub fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
+    let mut arrived = vec![];
+    for (number, pixel) in pixels.iter().enumerate() {
+        let passes = if pixel.layers.is_empty() { 0 } else { pixel.passes(k) };
+        for pass in 1..=passes {
+            for (layer, &z) in pixel.layers.iter().enumerate() {
+                let last = layer + 1 == pixel.layers.len();
+                arrived.push(Marked::item(Arrived {
+                    pixel: number as u32,
+                    z,
+                    rgba: colour(number, layer),
+                    weight: 0,
+                    visible: z < pixel.depth,
+                    last,
+                    last_pass: last && pass == passes,
+                    label: Label::new(layer as u32, number as u16, 0),
+                }));
+            }
+        }
+    }
+    arrived.push(Marked::end());
+    arrived
+}
+
+/// The stored fragments of a frame.
+pub struct Stored {
+    pub nsa: Ram1RW<NsaEntry>,
+    pub words: Words,
+    /// Each pixel's SSA entry; that of a pixel without fragments is NULL.
+    pub entries: Vec<SsaEntry>,
+    /// Sections of the chains.
+    pub used: Vec<u32>,
+}
+
+impl Stored {
+    /// The pixels' fragments are laid into `sections`, in that order.
+    pub fn new(cfg: &Config, pixels: &[Pixel], sections: &[u32]) -> Stored {
+        let mut sections = sections.iter().copied();
+        let mut stored = Stored {
+            nsa: Ram1RW::new(cfg.null, *cfg, 1),
+            words: Words::new(*cfg),
+            entries: vec![],
+            used: vec![],
+        };
+        for (number, pixel) in pixels.iter().enumerate() {
+            let groups = pixel.layers.chunks(cfg.shape.capacity as usize);
+            let own: Vec<u32> = sections.by_ref().take(groups.len()).collect();
+            let mut layer = 0;
+            for (at, group) in groups.enumerate() {
+                for (slot, &z) in group.iter().enumerate() {
+                    let label = Label::new(layer as u32, number as u16, 0);
+                    let word = Word { z, rgba: colour(number, layer), weight: 0, label };
+                    stored.words.put(Place { section: own[at], slot: slot as u32 }, word);
+                    layer += 1;
+                }
+                let next = own.get(at + 1).copied().unwrap_or(cfg.null);
+                let fill = group.len() as u32;
+                // The last section of a chain has an entry only where the SSA table knows no tail.
+                if !cfg.shape.tail {
+                    stored.nsa.write(own[at], NsaEntry { next, fill });
+                } else if next != cfg.null {
+                    stored.nsa.write(own[at], NsaEntry { next, fill: 0 });
+                }
+                edge(&mut stored.nsa);
+            }
+            let (head, last) = match own[..] {
+                [] => (cfg.null, None),
+                [head, ..] => (head, own.last()),
+            };
+            stored.entries.push(match last {
+                Some(&tail) if cfg.shape.tail => {
+                    let fill = (pixel.layers.len() as u32 - 1) % cfg.shape.capacity + 1;
+                    SsaEntry { head, tail, fill }
+                }
+                _ => SsaEntry { head, tail: 0, fill: 0 },
+            });
+            stored.used.extend(own);
+        }
+        stored
+    }
+}
+
+/// The memory of sections: answers come in the order of the questions, outside ones later.
+pub struct Words {
+    cfg: Config,
+    words: BTreeMap<(u32, u32), Word>,
+    /// Answers on their way, with the cycle in which they are shown.
+    answers: VecDeque<(u64, Word)>,
+}
+
+impl Words {
+    pub fn new(cfg: Config) -> Words {
+        Words { cfg, words: BTreeMap::new(), answers: VecDeque::new() }
+    }
+    pub fn put(&mut self, Place { section, slot }: Place, word: Word) {
+        self.words.insert((section, slot), word);
+    }
+    pub fn at(&self, Place { section, slot }: Place) -> Word {
+        self.words[&(section, slot)]
+    }
+    /// Cycles from a question to its answer.
+    pub fn latency(&self, section: u32) -> u32 {
+        let on_chip = section < self.cfg.first_outside();
+        if on_chip { 1 } else { self.cfg.shape.outside_latency }
+    }
+    /// What is shown in a cycle.
+    pub fn answer(&mut self, cycle: u64) -> Read<Word> {
+        match self.answers.front() {
+            Some((due, word)) if *due == cycle => {
+                let word = *word;
+                self.answers.pop_front();
+                Read { valid: true, data: word }
+            }
+            _ => Read::default(),
+        }
+    }
+    /// A place is asked for.
+    pub fn ask(&mut self, cycle: u64, place: Place) {
+        let due = cycle + u64::from(self.latency(place.section));
+        let before = self.answers.back().is_none_or(|(last, _)| *last < due);
+        assert!(before, "cycle {cycle}: an answer meets or passes another");
+        self.answers.push_back((due, self.at(place)));
+    }
+}
