@@ -10,7 +10,7 @@
 //! in and 1 out a cycle for any depth of at least 2. `ready` is low while it is full, even if
 //! something leaves in the same cycle (rule 4). Order is kept; nothing is lost or doubled.
 
-use crate::{Block, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
+use crate::{Block, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, check_range, rtl};
 use std::marker::PhantomData;
 
 /// The queue; `T` is what it holds.
@@ -89,7 +89,8 @@ where
     type Out = ();
     type Mem = Ram1R1W<T>;
 
-    fn reset(_: &Self::Config) -> State {
+    fn reset(cfg: &Self::Config) -> State {
+        check_range("the depth of a FIFO", cfg.depth, 1..);
         State { head: 0, tail: 0, count: 0 }
     }
 
@@ -160,6 +161,12 @@ mod tests {
         let mut fifo = Clocked::new(2);
         assert!(!fifo.step(Some(7), false).front.valid);
         assert_eq!(fifo.step(None, false).front, Stream::offer(7));
+    }
+
+    #[test]
+    #[should_panic(expected = "the depth of a FIFO is 0: expected at least 1")]
+    fn a_depth_of_0_is_none() {
+        Clocked::new(0);
     }
 
     #[test]

@@ -15,6 +15,7 @@
 //! | [`mod@ram`] | memories with one read and one write port, or with one port for both |
 //! | [`mod@netlist`] | the second meaning of a block's source: wires, registers and memories |
 //! | [`mod@fifo`] | a queue in a memory |
+//! | [`mod@range`] | ranges of a configuration, checked where the block is built |
 //! | [`mod@figures`] | counters with unit and sentence |
 //! | [`mod@label`] | which item it is that a register or a wire holds |
 //! | [`mod@watchdog`] | stops a simulation in which nothing moves |
@@ -68,6 +69,7 @@ pub mod memory;
 pub mod netlist;
 mod panics;
 pub mod ram;
+pub mod range;
 pub mod sampler;
 pub mod signals;
 pub mod stream;
@@ -82,6 +84,7 @@ pub use netlist::Netlist;
 pub use panics::panic_text;
 pub use pellucid_sim_derive::{Memory, Registers, Signals, rtl};
 pub use ram::{Port, Ram1R1W, Ram1RW, Read, ReadPort, WritePort};
+pub use range::check_range;
 pub use sampler::Sampler;
 pub use signals::{
     Declare, Kind, Overflow, Registers, Signals, Sink, States, bits_for, state_name, width_of,

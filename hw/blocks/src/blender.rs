@@ -86,7 +86,8 @@ impl Block for Blender {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Screen) -> State {
+    fn reset(cfg: &Screen) -> State {
+        cfg.check();
         State { fresh: true, stage: Stream::idle(), stage_fresh: false, colour: 0 }
     }
 

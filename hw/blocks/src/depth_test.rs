@@ -116,6 +116,7 @@ impl Block for DepthTest {
     type Mem = Mem;
 
     fn reset(cfg: &Screen) -> State {
+        cfg.check();
         State { queue: Queue::reset(&queue(cfg)), stage: Stream::idle() }
     }
 

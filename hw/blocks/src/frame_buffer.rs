@@ -101,7 +101,8 @@ impl Block for FrameBuffer {
     type Out = ();
     type Mem = Mem;
 
-    fn reset(_: &Screen) -> State {
+    fn reset(cfg: &Screen) -> State {
+        cfg.check();
         State { front_is_b: false }
     }
 

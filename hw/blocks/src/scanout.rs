@@ -105,7 +105,8 @@ impl Block for Scanout {
     type Out = Out;
     type Mem = Mem;
 
-    fn reset(_: &Screen) -> State {
+    fn reset(cfg: &Screen) -> State {
+        cfg.check();
         let queue = Queue::reset(&queue());
         State { fsm: Fsm::Idle, pixel: 0, asked: Stream::idle(), queue }
     }
@@ -274,5 +275,11 @@ mod tests {
                 prop_assert_eq!(shown, expected);
             }
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the height of a screen is 0: expected 1 to 8192")]
+    fn a_screen_without_rows_is_none() {
+        Bench::new(3, 0);
     }
 }

@@ -133,7 +133,8 @@ impl Block for Sequencer {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Screen) -> State {
+    fn reset(cfg: &Screen) -> State {
+        cfg.check();
         State {
             phase: Phase::Clear,
             clear: Stream::offer(0),

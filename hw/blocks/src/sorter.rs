@@ -24,7 +24,7 @@
 use crate::blender::Sorted;
 use pellucid_machine::pixel::{Arrived, Marked, Screen, Z_BITS};
 use pellucid_sim::Block;
-use pellucid_sim::{Label, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Label, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct Sorter;
@@ -130,7 +130,8 @@ impl Block for Sorter {
     type Out = ();
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        check_range("the depth of a sorter", cfg.depth, 1..=MAX_DEPTH as u32);
         State {
             count: 0,
             closed: 0,

@@ -13,7 +13,8 @@
 //! the next filling.
 
 use pellucid_sim::{
-    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
+    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, check_range, fifo,
+    rtl,
 };
 use std::marker::PhantomData;
 
@@ -202,6 +203,8 @@ where
     type Mem = Mem<T>;
 
     fn reset(cfg: &Self::Config) -> State {
+        check_range("the number of positions of buckets", cfg.size.positions, 1..);
+        check_range("the capacity of buckets", cfg.size.capacity, 1..);
         State {
             filled: 0,
             joins: Stream::idle(),

@@ -14,7 +14,7 @@
 use super::config::Distribution;
 use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::Primitive;
-use pellucid_sim::{Block, Registers, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Registers, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct Distributor;
@@ -112,6 +112,7 @@ impl Block for Distributor {
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
+        check_range("the number of engines of a distributor", cfg.engines, 1..);
         State { item: Stream::idle(), turn: 0, loads: vec![0; cfg.loads() as usize] }
     }
 
@@ -230,5 +231,11 @@ mod tests {
             assert_eq!(out.ready, ready);
         }
         assert_eq!((sim.moore().item.payload.item.area, sim.moore().engine), (2, 1));
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of engines of a distributor is 0: expected at least 1")]
+    fn there_is_an_engine() {
+        Distributor::reset(&Config { engines: 0, ..config(Distribution::RoundRobin) });
     }
 }

@@ -11,7 +11,8 @@
 //! cycles after `swap` or `again`.
 
 use pellucid_sim::{
-    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
+    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, check_range, fifo,
+    rtl,
 };
 use std::marker::PhantomData;
 
@@ -122,6 +123,7 @@ where
     type Mem = Mem<T>;
 
     fn reset(cfg: &Self::Config) -> State {
+        check_range("the capacity of a double buffer", cfg.capacity, 1..);
         State {
             second_is_front: false,
             filled: 0,

@@ -22,7 +22,9 @@ use super::object_engine::{self, Engine};
 use super::raster::{self, Raster};
 use pellucid_machine::pixel::{Marked, Screen, Z_FAR};
 use pellucid_machine::primitive::Primitive;
-use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{
+    Block, Handshake, Memory, Registers, Signals, Stream, bits_for, check_range, rtl,
+};
 use std::marker::PhantomData;
 
 /// See the module's description. `E` is the engines.
@@ -152,6 +154,7 @@ impl<E: Engine> Block for Merger<E> {
     type Mem = Mem<E>;
 
     fn reset(cfg: &Self::Config) -> State<E> {
+        check_range("the number of engines of a merger", cfg.shape.engines, 1..);
         let engines = cfg.shape.engines as usize;
         State {
             head: Raster::reset(&cfg.shape.raster),

@@ -111,7 +111,8 @@ impl Block for MergingUnit {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Screen) -> State {
+    fn reset(cfg: &Screen) -> State {
+        cfg.check();
         State {
             waits: Stream::idle(),
             next: 0,
@@ -162,3 +163,6 @@ impl Block for MergingUnit {
         Out { read, wipe }
     }
 }
+
+#[cfg(test)]
+mod tests;

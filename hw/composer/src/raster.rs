@@ -87,7 +87,8 @@ impl Block for Raster {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        cfg.screen.check();
         State { runs: false, column: 0, row: 0 }
     }
 
@@ -122,3 +123,6 @@ impl Block for Raster {
         out
     }
 }
+
+#[cfg(test)]
+mod tests;

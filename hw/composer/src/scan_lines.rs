@@ -20,7 +20,7 @@ use super::transparency::{In, Moore};
 use pellucid_blocks::scanout::{self, Scanout};
 use pellucid_machine::pixel::{COLOUR_BITS, Screen};
 use pellucid_sim::{
-    Block, Memory, Ram1R1W, ReadDuringWrite, Registers, Signals, Stream, bits_for, rtl,
+    Block, Memory, Ram1R1W, ReadDuringWrite, Registers, Signals, Stream, bits_for, check_range, rtl,
 };
 
 /// See the module's description.
@@ -151,6 +151,7 @@ impl Block for ScanLines {
     type Mem = Mem;
 
     fn reset(cfg: &Config) -> State {
+        check_range("the number of scan-line engines", cfg.engines, 1..=cfg.screen().height);
         State {
             merges: 0,
             engines: (0..cfg.engines).map(|k| ScanLine::reset(&cfg.engine(k))).collect(),
@@ -292,5 +293,17 @@ impl Block for ScanLines {
             frame_done: counted.frame_done,
             show,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::scan_lines;
+
+    #[test]
+    #[should_panic(expected = "the number of scan-line engines is 6: expected 1 to 5")]
+    fn an_engine_has_a_line() {
+        ScanLines::reset(&scan_lines(6));
     }
 }

@@ -15,7 +15,7 @@ use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::primitive::{
     Attributes, Primitive, Span, colour, depth, next_row, plus, span, times,
 };
-use pellucid_sim::{Block, Label, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Label, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct Walker;
@@ -125,7 +125,10 @@ impl Block for Walker {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        cfg.screen.check();
+        check_range("the number of cycles of a set-up", cfg.set_up_cycles, 1..);
+        check_range("the number of cycles of a fragment", cfg.fragment_cycles, 1..);
         State {
             next: Stream::idle(),
             set_up: 0,

@@ -2,7 +2,7 @@
 //!
 //! Depth is 24 bits unsigned, 0 nearest. Colour is 8-bit unorm per channel, not premultiplied.
 
-use pellucid_sim::{Label, Signals, bits_for, rtl};
+use pellucid_sim::{Label, Signals, bits_for, check_range, rtl};
 
 /// Bits of a depth value.
 pub const Z_BITS: u32 = 24;
@@ -47,6 +47,14 @@ pub struct Screen {
 }
 
 impl Screen {
+    /// Checks its sides where a block is built for it.
+    ///
+    /// # Panics
+    /// If a side is outside of its range.
+    pub fn check(&self) {
+        check_range("the width of a screen", self.width, 1..=MAX_SIDE);
+        check_range("the height of a screen", self.height, 1..=MAX_SIDE);
+    }
     /// How many pixels; they are numbered row by row from the top left.
     pub fn pixels(&self) -> u32 {
         self.width * self.height
@@ -210,6 +218,18 @@ mod tests {
     #[test]
     fn colours_are_packed_from_red_down_to_alpha() {
         assert_eq!(rgba(0x12, 0x34, 0x56, 0x78), 0x1234_5678);
+    }
+
+    #[test]
+    #[should_panic(expected = "the width of a screen is 0: expected 1 to 8192")]
+    fn a_screen_has_columns() {
+        Screen { width: 0, height: 9, background: 0 }.check();
+    }
+
+    #[test]
+    #[should_panic(expected = "the height of a screen is 8193: expected 1 to 8192")]
+    fn a_screen_has_not_too_many_rows() {
+        Screen { width: MAX_SIDE, height: MAX_SIDE + 1, background: 0 }.check();
     }
 
     #[test]

@@ -23,7 +23,7 @@
 use super::sum::{Term, plus};
 use pellucid_blocks::weights::{WEIGHT_BITS, behind, own_weight};
 use pellucid_machine::pixel::{Arrived, Marked, Screen, Z_BITS};
-use pellucid_sim::{Block, Label, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Label, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct Array;
@@ -163,7 +163,8 @@ impl Block for Array {
     type Out = ();
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        check_range("the number of cells of an array", cfg.cells, 1..=MAX_CELLS as u32);
         State {
             pass: Pass::Settle,
             count: 0,
@@ -388,5 +389,11 @@ mod tests {
             let expected: Vec<[u64; 4]> = pixels.iter().map(|layers| reference(layers)).collect();
             prop_assert_eq!(play(cells, &pixels, starts).0, expected);
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of cells of an array is 33: expected 1 to 32")]
+    fn more_cells_than_registers_are_too_many() {
+        Array::reset(&Config { cells: 33, screen: screen(PIXELS, 1), layer_bits: 6 });
     }
 }

@@ -15,7 +15,9 @@
 use pellucid_machine::pixel::{PixelFragment, Screen};
 use pellucid_sim::fifo::after;
 use pellucid_sim::{Block, bits_for};
-use pellucid_sim::{Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, fifo, rtl};
+use pellucid_sim::{
+    Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, check_range, fifo, rtl,
+};
 
 /// See the module's description.
 pub struct Queue;
@@ -127,6 +129,8 @@ impl Block for Queue {
     type Mem = Mem;
 
     fn reset(cfg: &Config) -> State {
+        check_range("the number of fragments on chip", cfg.on_chip, 2..);
+        check_range("the latency of outside memory", cfg.latency, 1..);
         let on_chip = OnChip::reset(&cfg.on_chip());
         State { on_chip, head: 0, tail: 0, outside: 0, flying: 0 }
     }
@@ -257,5 +261,17 @@ mod tests {
         let mut asked = vec![(true, false); 40];
         asked.extend(vec![(true, true); 500]);
         assert_eq!(compare(cfg, &asked).unwrap(), 500);
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of fragments on chip is 1: expected at least 2")]
+    fn both_ends_are_on_chip() {
+        Queue::reset(&queue(1, 5, 3));
+    }
+
+    #[test]
+    #[should_panic(expected = "the latency of outside memory is 0: expected at least 1")]
+    fn outside_memory_answers_later() {
+        Queue::reset(&queue(2, 5, 0));
     }
 }

@@ -13,7 +13,7 @@
 use super::{Allocator, Config, Contract, In, Lent, Moore};
 use crate::bits::{WORD_BITS, WORD_SHIFT, bit, lowest, rest};
 use pellucid_sim::Block;
-use pellucid_sim::{Signals, Stream, rtl};
+use pellucid_sim::{Signals, Stream, check_range, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +60,7 @@ impl Block for Bitmap {
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
+        check_range("the number of sections of a bitmap allocator", cfg.sections, ..=Bitmap::MOST);
         let free = std::array::from_fn(|k| {
             let here = cfg.sections.saturating_sub(k as u32 * WORD_BITS).min(WORD_BITS);
             let all = u64::MAX.checked_shr(WORD_BITS - here).unwrap_or(0);
@@ -126,5 +127,13 @@ mod tests {
                 sim.clock(In { take: true, ..In::default() }).unwrap();
             }
         }
+    }
+
+    #[test]
+    #[should_panic(
+        expected = "the number of sections of a bitmap allocator is 4097: expected at most 4096"
+    )]
+    fn more_sections_than_bits_are_too_many() {
+        Bitmap::reset(&Config { sections: Bitmap::MOST + 1 });
     }
 }

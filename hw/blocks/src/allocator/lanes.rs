@@ -34,7 +34,7 @@
 use super::Hierarchical;
 use super::hierarchical::{self, LATENCY};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Registers, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Memory, Registers, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -303,6 +303,7 @@ impl Block for Lanes {
     type Mem = Mem;
 
     fn reset(cfg: &Config) -> State {
+        check_range("the number of lanes", cfg.lanes, 1..=MAX_LANES as u32);
         let shared = Hierarchical::reset(&cfg.numbers);
         State { lanes: [Lane::default(); MAX_LANES], gets: 0, gives: 0, shared }
     }
@@ -484,5 +485,11 @@ mod tests {
         // It gives the section, the shared allocator offers it, and the lane does.
         (0..2).for_each(|_| clock(&mut sim, &[], &[]));
         assert_eq!(granted(&sim), [Some(0), Some(1)]);
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of lanes is 0: expected 1 to 8")]
+    fn there_is_a_lane() {
+        lanes(0, 9);
     }
 }

@@ -4,7 +4,7 @@ use super::release;
 use crate::allocator::{self, AllocatorKind, Choice};
 use pellucid_machine::choice;
 use pellucid_machine::pixel::Screen;
-use pellucid_sim::bits_for;
+use pellucid_sim::{bits_for, check_range};
 
 choice! {
     /// How resolve finds the pixels that have fragments.
@@ -49,7 +49,7 @@ pub struct Shape {
 pub enum Passes {
     /// Once, however many there are.
     One,
-    /// Once for every so many of those that are visible.
+    /// Once for every so many, at least 1, of those that are visible.
     Each(u32),
     /// As [`Passes::Each`], but from the second time on twice: to load so many, then to compare them with
     /// all.
@@ -73,12 +73,21 @@ pub struct Config {
 
 impl Config {
     /// All of that shape.
+    ///
+    /// # Panics
+    /// If a number is outside of its range.
     pub fn new(screen: Screen, shape: Shape) -> Config {
+        check_range("the capacity of a section", shape.capacity, 1..);
+        check_range("the latency of outside sections", shape.outside_latency, 1..);
+        check_range("the number of reads in flight", shape.reads_in_flight, 2..);
         let owned = if shape.owned { screen.pixels() } else { 0 };
         let null = owned + shape.on_chip + shape.outside;
         let in_pass = match shape.passes {
             Passes::One => 0,
-            Passes::Each(depth) | Passes::Twice(depth) => depth.div_ceil(shape.capacity),
+            Passes::Each(depth) | Passes::Twice(depth) => {
+                check_range("the number of fragments of a pass", depth, 1..);
+                depth.div_ceil(shape.capacity)
+            }
         };
         let release = release::Config { depth: in_pass + 4, id_bits: bits_for(u64::from(null)) };
         Config { screen, shape, owned, null, release }
@@ -143,5 +152,29 @@ mod tests {
             let shape = Shape { on_chip, outside: 0, ..shape() };
             assert_eq!(Config::new(screen(2, 2), shape).id_bits(), bits, "{on_chip} sections");
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the capacity of a section is 0: expected at least 1")]
+    fn a_section_holds_a_fragment() {
+        Config::new(screen(2, 2), Shape { capacity: 0, ..shape() });
+    }
+
+    #[test]
+    #[should_panic(expected = "the latency of outside sections is 0: expected at least 1")]
+    fn outside_memory_answers_later() {
+        Config::new(screen(2, 2), Shape { outside_latency: 0, ..shape() });
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of reads in flight is 1: expected at least 2")]
+    fn two_reads_are_in_flight() {
+        Config::new(screen(2, 2), Shape { reads_in_flight: 1, ..shape() });
+    }
+
+    #[test]
+    #[should_panic(expected = "the number of fragments of a pass is 0: expected at least 1")]
+    fn a_pass_has_a_fragment() {
+        Config::new(screen(2, 2), Shape { passes: Passes::Each(0), ..shape() });
     }
 }

@@ -13,7 +13,7 @@
 
 use pellucid_sim::Block;
 use pellucid_sim::fifo::after;
-use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct ReleaseQueue;
@@ -21,7 +21,7 @@ pub struct ReleaseQueue;
 /// Parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
-    /// How many sections it holds, open ones included.
+    /// How many sections it holds, open ones included; at least 1.
     pub depth: u32,
     /// Bits of a section number.
     pub id_bits: u32,
@@ -86,7 +86,8 @@ impl Block for ReleaseQueue {
     type Out = ();
     type Mem = Mem;
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        check_range("the depth of a release queue", cfg.depth, 1..);
         State { head: 0, tail: 0, committed: 0, open: 0 }
     }
 
@@ -172,5 +173,11 @@ mod tests {
                 sim.clock(In { push, commit, abort, pop }).unwrap();
             }
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "the depth of a release queue is 0: expected at least 1")]
+    fn a_depth_of_0_is_none() {
+        ReleaseQueue::reset(&Config { depth: 0, id_bits: 8 });
     }
 }

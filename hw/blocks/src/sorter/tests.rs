@@ -225,3 +225,9 @@ proptest! {
         prop_assert_eq!(items(out), [once.clone(), once].concat());
     }
 }
+
+#[test]
+#[should_panic(expected = "the depth of a sorter is 65: expected 1 to 64")]
+fn a_depth_beyond_its_registers_is_none() {
+    Sorter::reset(&Config { depth: 65, screen: screen(3, 3), layer_bits: 4 });
+}

@@ -56,3 +56,15 @@ fn items_come_by_position_in_their_order() {
     assert_eq!(round(&mut sim, &many), [vec![], vec![], expected, vec![]]);
     assert!(sim.moore().full);
 }
+
+#[test]
+#[should_panic(expected = "the number of positions of buckets is 0: expected at least 1")]
+fn there_is_a_position() {
+    Buckets::<u32>::reset(&Config { size: Size { positions: 0, ..CONFIG.size }, ..CONFIG });
+}
+
+#[test]
+#[should_panic(expected = "the capacity of buckets is 0: expected at least 1")]
+fn they_hold_an_item() {
+    Buckets::<u32>::reset(&Config { size: Size { capacity: 0, ..CONFIG.size }, ..CONFIG });
+}

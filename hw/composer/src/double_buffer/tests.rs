@@ -70,3 +70,9 @@ proptest! {
         }
     }
 }
+
+#[test]
+#[should_panic(expected = "the capacity of a double buffer is 0: expected at least 1")]
+fn a_bank_holds_an_item() {
+    DoubleBuffer::<u32>::reset(&Config { capacity: 0, item: 16 });
+}

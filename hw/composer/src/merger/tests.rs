@@ -194,3 +194,9 @@ proptest! {
         prop_assert_eq!(merged.pixels, nearest(&images, cfg.shape.screen().background));
     }
 }
+
+#[test]
+#[should_panic(expected = "the number of engines of a merger is 0: expected at least 1")]
+fn there_is_an_engine() {
+    Merger::<ObjectEngine>::reset(&merger(0, 1));
+}

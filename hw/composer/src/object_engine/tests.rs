@@ -106,3 +106,9 @@ proptest! {
         }
     }
 }
+
+#[test]
+#[should_panic(expected = "the depth of a FIFO is 0: expected at least 1")]
+fn a_primitive_can_wait() {
+    ObjectEngine::reset(&crate::test_util::object_engine(0));
+}

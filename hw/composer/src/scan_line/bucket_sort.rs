@@ -14,7 +14,7 @@
 use crate::buckets::{self, Insert};
 use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::{Edge, Primitive, below, next_row, times};
-use pellucid_sim::{Block, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct BucketSort;
@@ -145,7 +145,11 @@ impl Block for BucketSort {
     type Out = ();
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        let Config { screen, engines, index, .. } = *cfg;
+        screen.check();
+        check_range("the number of scan-line engines", engines, 1..=screen.height);
+        check_range("the index of a scan-line engine", index, ..=engines - 1);
         State {
             primitive: Stream::idle(),
             there: false,

@@ -16,7 +16,7 @@ use super::super::merging_unit::Opaque;
 use pellucid_blocks::sorter;
 use pellucid_machine::pixel::{Arrived, Marked, Screen, Z_FAR};
 use pellucid_machine::primitive::{Attributes, colour, depth, plus};
-use pellucid_sim::{Block, Label, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Label, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
 pub struct Layers;
@@ -137,7 +137,9 @@ impl Block for Layers {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &Config) -> State {
+    fn reset(cfg: &Config) -> State {
+        let most = sorter::MAX_DEPTH as u32;
+        check_range("the number of fragments of a pass", cfg.sorter_depth, 1..=most);
         State { column: 0, round: Round::First, begun: false, visible: 0, covered: 0 }
     }
 
@@ -220,3 +222,6 @@ impl Block for Layers {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

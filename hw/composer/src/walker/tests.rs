@@ -126,3 +126,15 @@ fn depth_and_colour_stay_in_their_range() {
     assert_eq!((at(far.clone()).z, at(far.clone()).rgba), (Z_FAR, 0xff_00_00_fe));
     assert_eq!(at(Triangle { z: [-1, 0, 0], opaque: true, ..far }).z, 0);
 }
+
+#[test]
+#[should_panic(expected = "the number of cycles of a set-up is 0: expected at least 1")]
+fn a_set_up_takes_a_cycle() {
+    Walker::reset(&config(0, 1));
+}
+
+#[test]
+#[should_panic(expected = "the number of cycles of a fragment is 0: expected at least 1")]
+fn a_fragment_takes_a_cycle() {
+    Walker::reset(&config(1, 0));
+}

@@ -93,3 +93,15 @@ proptest! {
         prop_assert_eq!(quotient(row, cfg.reciprocal()), row / engines);
     }
 }
+
+#[test]
+#[should_panic(expected = "the number of scan-line engines is 4: expected 1 to 3")]
+fn an_engine_has_a_line() {
+    BucketSort::reset(&Config { screen: screen(5, 3), engines: 4, index: 0, capacity: 9 });
+}
+
+#[test]
+#[should_panic(expected = "the index of a scan-line engine is 2: expected at most 1")]
+fn an_engine_is_one_of_them() {
+    BucketSort::reset(&Config { screen: screen(5, 3), engines: 2, index: 2, capacity: 9 });
+}
