@@ -131,7 +131,7 @@ pub struct WaveReport {
 }
 
 /// Words of a memory that are shown.
-struct Shown {
+struct ShownMemory {
     memory: String,
     /// Which one it is, in the order in which memories are visited.
     number: usize,
@@ -156,7 +156,7 @@ pub(crate) struct Recorder {
     remembers: bool,
     markers: Vec<Marker>,
     found: Found,
-    memories: Vec<Shown>,
+    memories: Vec<ShownMemory>,
 }
 
 fn listed(names: &[String]) -> String {
@@ -168,7 +168,7 @@ fn most_like(name: &str, known: &[String]) -> Option<String> {
 }
 
 /// The words that are asked for.
-fn shown(asked: &[Words], memories: &mut dyn Memory) -> Result<Vec<Shown>, WaveError> {
+fn shown(asked: &[Words], memories: &mut dyn Memory) -> Result<Vec<ShownMemory>, WaveError> {
     let mut all = vec![];
     memories.visit("", &mut |path, storage| {
         all.push((all.len(), path.to_string(), storage.info().words));
@@ -187,7 +187,13 @@ fn shown(asked: &[Words], memories: &mut dyn Memory) -> Result<Vec<Shown>, WaveE
             }
             let memory = path.clone();
             let number = *number;
-            shown.push(Shown { memory, number, words: from..to, writes: u64::MAX, values: vec![] });
+            shown.push(ShownMemory {
+                memory,
+                number,
+                words: from..to,
+                writes: u64::MAX,
+                values: vec![],
+            });
         }
         if shown.len() == before {
             let nearest = most_like(pattern, &known);
@@ -208,12 +214,12 @@ fn shown(asked: &[Words], memories: &mut dyn Memory) -> Result<Vec<Shown>, WaveE
 }
 
 /// Declares the words, each memory's in the scopes of its path.
-fn declare_words(shown: &[Shown], memories: &mut dyn Memory, to: &mut dyn Declare) {
+fn declare_words(shown: &[ShownMemory], memories: &mut dyn Memory, to: &mut dyn Declare) {
     if shown.is_empty() {
         return;
     }
     to.open("memories");
-    for Shown { memory, words, .. } in shown {
+    for ShownMemory { memory, words, .. } in shown {
         let scopes: Vec<&str> = memory.split('.').collect();
         scopes.iter().for_each(|scope| to.open(scope));
         memories.visit("", &mut |path, storage| {

@@ -27,7 +27,7 @@ pellucid_sim::counters! {
 
 pellucid_sim::counters! {
     /// Figures of the object-order engines and the merger.
-    pub struct Own {
+    pub struct ComposerCounters {
         /// Frames that were composed.
         frames: "frames",
         /// Cycles in which object-order engines had something to do, of all added up.
@@ -193,7 +193,7 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
     }
 
     fn tally(&self, cfg: &Config<T::Config>, memories: &[(String, StorageInfo)]) -> Tally {
-        let own = Own {
+        let own = ComposerCounters {
             frames: self.frames,
             engine_work: self.work.iter().sum(),
             busiest_engine: self.work.iter().copied().max().unwrap_or(0),

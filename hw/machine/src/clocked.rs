@@ -16,12 +16,12 @@ pub const WATCHDOG_CYCLES: u64 = 100_000;
 const LOOK_EVERY: u64 = 1 << 14;
 
 /// A cycle of a machine.
-struct Shown<'a, M: Machine> {
+struct ObservedCycle<'a, M: Machine> {
     cycle: &'a Cycle<'a, M>,
     input: &'a M::In,
 }
 
-impl<M: Machine> Observed for Shown<'_, M> {
+impl<M: Machine> Observed for ObservedCycle<'_, M> {
     fn sample(&self, to: &mut Sampler) {
         Registers::sample(self.cycle.q, self.cycle.cfg, to);
         Signals::sample(&self.cycle.out, self.cycle.cfg, to);
@@ -39,7 +39,7 @@ impl<M: Machine> Observed for Shown<'_, M> {
 /// Shows a cycle. It comes by value: where nobody watches, it need not be in memory at all.
 #[inline(never)]
 fn show<M: Machine>(observer: &mut dyn Observer, at: At, input: M::In, cycle: Cycle<M>) -> Quiet {
-    observer.cycle(at, &Shown::<M> { cycle: &cycle, input: &input })
+    observer.cycle(at, &ObservedCycle::<M> { cycle: &cycle, input: &input })
 }
 
 /// See the module's description.

@@ -18,7 +18,7 @@ use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
     /// The M-buffer's own figures, beside those of its chains.
-    pub struct Own {
+    pub struct MBufferCounters {
         /// Stored fragments that were read to be compared with one that came (weights=memory).
         compared: "fragments",
         /// Weights of stored fragments that were changed in memory (weights=memory).
@@ -56,7 +56,7 @@ impl Out {
 pub struct MBufferMonitor {
     front: FrontMonitor,
     chains: ChainsMonitor,
-    own: Own,
+    own: MBufferCounters,
     blended: u64,
     term: StreamMonitor<Marked<Term>>,
 }
@@ -134,7 +134,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
         MBufferMonitor {
             front: FrontMonitor::new("store"),
             chains: ChainsMonitor::new(if cfg.in_memory { "sum" } else { "array" }),
-            own: Own::default(),
+            own: MBufferCounters::default(),
             blended: 0,
             term: StreamMonitor::new("term", if cfg.in_memory { "reader" } else { "array" }, "sum"),
         }
@@ -184,7 +184,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
         let (front, chains) = (&self.front, &self.chains);
         let own = chains.own();
         let mut figures = own.figures();
-        figures.extend(Own { culled_early: front.culled, ..self.own }.figures());
+        figures.extend(MBufferCounters { culled_early: front.culled, ..self.own }.figures());
         let mut memories = Memories::new(memories);
         chains.set_peaks(&cfg.chains, &mut memories);
         Tally {

@@ -15,7 +15,7 @@ use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
     /// The R-buffer's own figures.
-    pub struct Own {
+    pub struct RBufferCounters {
         /// Passes over what is left in the queue.
         passes: "passes",
         /// Fragments taken from the queue, over all passes.
@@ -75,7 +75,7 @@ pub struct RBufferMonitor {
     passed: u64,
     /// Fragments of the round's band that were hidden on arrival.
     hidden_in_band: u64,
-    own: Own,
+    own: RBufferCounters,
     /// The most fragments that the queue held, on chip, outside and on their way.
     peak_queue: u32,
     popped: StreamMonitor<Marked<PixelFragment>>,
@@ -162,7 +162,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             fragments: Fragments::default(),
             passed: 0,
             hidden_in_band: 0,
-            own: Own::default(),
+            own: RBufferCounters::default(),
             peak_queue: 0,
             popped: StreamMonitor::new("popped", "passes", "selector"),
             pushed: StreamMonitor::new("pushed", "selector", "queue"),
@@ -233,7 +233,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
     }
 
     fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
-        let own = Own {
+        let own = RBufferCounters {
             peak_queue: self.peak_queue.into(),
             culled_early: self.own.culled_early + self.hidden_in_band,
             ..self.own

@@ -17,7 +17,7 @@ use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
     /// The T-buffer's own figures, beside those of its chains.
-    pub struct Own {
+    pub struct TBufferCounters {
         /// Transparent fragments dropped on arrival by the early depth test.
         culled_early: "fragments",
         /// Cycles in which resolve had no fragment to blend.
@@ -149,8 +149,10 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
         let (front, chains) = (&self.front, &self.chains);
         let own = chains.own();
         let mut figures = own.figures();
-        figures
-            .extend(Own { culled_early: front.culled, blender_idle: self.blender_idle }.figures());
+        figures.extend(
+            TBufferCounters { culled_early: front.culled, blender_idle: self.blender_idle }
+                .figures(),
+        );
         let mut memories = Memories::new(memories);
         chains.set_peaks(&cfg.chains, &mut memories);
         Tally {

@@ -5,7 +5,7 @@
 //! whether the receiver is ready, and whether the sorter is reset; behind it all is sent and taken.
 
 use crate::reference::{Judged, Long, Reference};
-use crate::stream::{Ends, Step};
+use crate::stream::{Step, StreamDriver};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::sorter::{Config, In, MAX_DEPTH, Moore};
 use pellucid_machine::pixel::{Arrived, Marked, Screen};
@@ -143,7 +143,7 @@ struct Due {
 /// What a sorter is held to.
 pub struct Model<S> {
     depth: u32,
-    ends: Ends<Marked<Arrived>, Leaves>,
+    ends: StreamDriver<Marked<Arrived>, Leaves>,
     /// All that must leave, in order.
     due: Vec<Due>,
     /// How many of them can have left once so many items were taken.
@@ -303,7 +303,7 @@ impl<S: Sorts> Reference for Model<S> {
     }
     fn new(setup: &Setup) -> Model<S> {
         let (due, complete, sorter) = (vec![], vec![], PhantomData);
-        let ends = Ends::new(vec![]);
+        let ends = StreamDriver::new(vec![]);
         let mut model = Model { depth: setup.depth, ends, due, complete, sorter };
         let mut items = vec![];
         for (number, frame) in setup.frames.iter().enumerate() {
@@ -315,7 +315,7 @@ impl<S: Sorts> Reference for Model<S> {
             items.push(Marked::end());
         }
         model.complete.push(model.due.len());
-        model.ends = Ends::new(items);
+        model.ends = StreamDriver::new(items);
         model
     }
 

@@ -104,7 +104,7 @@ impl Stage for queue::Queue {
 }
 
 /// The two ends of a stage: items that are sent, each offered until it is taken, and a receiver.
-pub(crate) struct Ends<T, G> {
+pub(crate) struct StreamDriver<T, G> {
     items: Vec<T>,
     /// How many were taken by the stage.
     pub(crate) sent: usize,
@@ -118,9 +118,9 @@ pub(crate) struct Ends<T, G> {
     held: Option<G>,
 }
 
-impl<T: Copy + Default, G: Copy + Debug + PartialEq> Ends<T, G> {
-    pub(crate) fn new(items: Vec<T>) -> Ends<T, G> {
-        Ends { items, sent: 0, given: 0, still: 0, offering: false, held: None }
+impl<T: Copy + Default, G: Copy + Debug + PartialEq> StreamDriver<T, G> {
+    pub(crate) fn new(items: Vec<T>) -> StreamDriver<T, G> {
+        StreamDriver { items, sent: 0, given: 0, still: 0, offering: false, held: None }
     }
 
     /// The items that the stage has taken.
@@ -135,7 +135,7 @@ impl<T: Copy + Default, G: Copy + Debug + PartialEq> Ends<T, G> {
 
     /// All begins anew.
     pub(crate) fn reset(&mut self) {
-        *self = Ends::new(std::mem::take(&mut self.items));
+        *self = StreamDriver::new(std::mem::take(&mut self.items));
     }
 
     /// What is wrong with what is given, after what was given in the cycle before.
@@ -252,7 +252,7 @@ pub struct Setup<C> {
 /// What a stage is held to.
 pub struct Model<S: Stage> {
     cfg: S::Config,
-    ends: Ends<S::Item, S::Gives>,
+    ends: StreamDriver<S::Item, S::Gives>,
     /// All that must be given for what was taken.
     due: Vec<S::Gives>,
     /// What is offered in this cycle, by its number, and whether the receiver is ready.
@@ -294,7 +294,7 @@ impl<S: Stage> Reference for Model<S> {
     fn new(Setup { cfg, items }: &Self::Setup) -> Model<S> {
         let items = (0..*items).map(|number| S::item(cfg, number)).collect();
         let due = S::gives(cfg, &[]);
-        Model { cfg: cfg.clone(), ends: Ends::new(items), due, last: (None, false) }
+        Model { cfg: cfg.clone(), ends: StreamDriver::new(items), due, last: (None, false) }
     }
 
     fn look(&mut self, _: u64, seen: &S::Moore) -> Judged<Property> {

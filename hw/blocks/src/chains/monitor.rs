@@ -11,7 +11,7 @@ use pellucid_sim::{StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
     /// What the chains count.
-    pub struct Own {
+    pub struct ChainCounters {
         /// Pixels that had at least one fragment stored.
         pixels_stored: "pixels",
         /// The most sections of the pool that were in use at once.
@@ -66,7 +66,7 @@ pub struct ChainsMonitor {
     pub spilled: u64,
     /// Fragments that found no section.
     pub dropped: u64,
-    own: Own,
+    own: ChainCounters,
     /// The row of the section that was taken last.
     row: u32,
     frame: Usage,
@@ -84,7 +84,7 @@ impl ChainsMonitor {
             stored: 0,
             spilled: 0,
             dropped: 0,
-            own: Own::default(),
+            own: ChainCounters::default(),
             row: 0,
             frame: Usage::default(),
             peak: Usage::default(),
@@ -151,9 +151,9 @@ impl ChainsMonitor {
     }
 
     /// What was counted.
-    pub fn own(&self) -> Own {
+    pub fn own(&self) -> ChainCounters {
         let peak = self.peak.max(self.frame);
-        Own {
+        ChainCounters {
             peak_sections: peak.sections,
             peak_outside_sections: peak.outside_sections,
             ..self.own

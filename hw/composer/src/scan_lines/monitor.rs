@@ -10,7 +10,7 @@ use pellucid_sim::{Figures, Handshake, StorageInfo, StreamMonitor, Violation, Wa
 
 pellucid_sim::counters! {
     /// Figures of the scan-line engines.
-    pub struct Own {
+    pub struct ScanLineCounters {
         /// Cycles in which scan-line engines swept along a line, of all added up.
         scan_line_work: "cycles",
         /// The same of the one with the most.
@@ -135,7 +135,7 @@ impl Watch<ScanLines> for ScanLinesMonitor {
     }
 
     fn tally(&self, _: &Config, memories: &[(String, StorageInfo)]) -> Tally {
-        let own = Own {
+        let own = ScanLineCounters {
             scan_line_work: self.work.iter().sum(),
             busiest_scan_line_engine: self.work.iter().copied().max().unwrap_or(0),
             last_line: self.last_line,

@@ -9,7 +9,7 @@ use pellucid_sim::{Figures, Handshake, StorageInfo, Violation, Wait};
 
 pellucid_sim::counters! {
     /// Figures of what waits for the fragment store.
-    pub struct Own {
+    pub struct StoreCounters {
         /// Transparent primitives for which there was no place.
         lost_primitives: "primitives",
     }
@@ -92,7 +92,7 @@ impl<M: FragmentStore> Watch<Store<M>> for StoreMonitor<M> {
         if self.lost > 0 {
             tally.dropped_since = "a frame had too many transparent primitives (see `primitives`)";
         }
-        tally.own.extend(Own { lost_primitives: self.lost_primitives }.figures());
+        tally.own.extend(StoreCounters { lost_primitives: self.lost_primitives }.figures());
         tally
     }
 }
