@@ -50,17 +50,62 @@ pub(crate) struct Seen<R: Reference> {
     /// None where it panics before.
     pub(crate) outputs: Option<R::Outputs>,
     pub(crate) reset: bool,
+    /// The inputs in words.
+    pub(crate) told: Vec<String>,
 }
 
-/// A block under the clock, and what it is held to.
+/// A block under the clock and what it is held to, whatever the block is: what plays and searches is compiled once for
+/// all blocks of a contract, those with a fault among them.
+pub(crate) trait Play<S, P> {
+    /// One cycle; without a step it is only looked at.
+    fn step(&mut self, step: Option<&S>) -> Result<(), Broken<P>>;
+    /// A fault that must be has ended the sequence.
+    fn is_over(&self) -> bool;
+    /// How many cycles were played.
+    fn cycle(&self) -> u64;
+    /// All that is known of the block and of its model.
+    fn known(&mut self) -> Vec<u64>;
+    /// See [`Reference::rest`].
+    fn rest(&self) -> Option<S>;
+    /// See [`Reference::choices`].
+    fn choices(&self) -> Vec<S>;
+}
+
+/// A block in reset, unless it panics there.
+pub(crate) type Made<S, P> = Result<Box<dyn Play<S, P>>, Broken<P>>;
+
+/// The block of a reference in reset.
+pub(crate) fn make<R: Reference>(setup: &R::Setup) -> Made<R::Step, R::Property> {
+    Ok(Box::new(Run::<R>::new(setup)?))
+}
+
+/// Plays a sequence, then what shows that nothing is lost.
+pub(crate) fn play<'a, S: 'a, P>(
+    run: &mut dyn Play<S, P>,
+    steps: &mut dyn Iterator<Item = &'a S>,
+) -> Result<(), Broken<P>> {
+    for step in steps {
+        run.step(Some(step))?;
+        if run.is_over() {
+            return Ok(());
+        }
+    }
+    while let Some(step) = run.rest() {
+        run.step(Some(&step))?;
+    }
+    run.step(None)
+}
+
+/// See [`Play`].
 pub(crate) struct Run<R: Reference> {
     sim: Sim<R::Block>,
     reference: R,
     cycle: u64,
     /// The cycle was looked at.
     looked: bool,
-    /// A fault that must be has ended the sequence.
     over: bool,
+    /// The cycles so far, where they are to be shown.
+    pub(crate) kept: Option<Vec<Seen<R>>>,
 }
 
 impl<R: Reference> Run<R> {
@@ -72,30 +117,7 @@ impl<R: Reference> Run<R> {
         let made = caught(|| (Sim::new(R::config(setup)), R::new(setup)));
         let (sim, reference) =
             made.map_err(|seen| Broken { property: Must::NotPanic, cycle: 0, seen })?;
-        Ok(Run { sim, reference, cycle: 0, looked: false, over: false })
-    }
-
-    /// One cycle; without a step it is only looked at. `show` is told of it.
-    fn step(
-        &mut self,
-        step: Option<&R::Step>,
-        show: &mut dyn FnMut(&R, Seen<R>),
-    ) -> Result<(), Broken<R::Property>> {
-        let (cycle, q) = (self.cycle, self.sim.state().clone());
-        let mut seen = Seen { cycle, q, inputs: None, outputs: None, reset: false };
-        let judged = match caught(|| self.clock(step, &mut seen)) {
-            Ok(judged) => judged.map_err(|(property, seen)| (Must::Keep(property), seen)),
-            Err(said) => Err((Must::NotPanic, said)),
-        };
-        if step.is_some() || judged.is_err() {
-            show(&self.reference, seen);
-        }
-        judged.map_err(|(property, seen)| Broken { property, cycle, seen })?;
-        if step.is_some() {
-            self.cycle += 1;
-            self.looked = false;
-        }
-        Ok(())
+        Ok(Run { sim, reference, cycle: 0, looked: false, over: false, kept: None })
     }
 
     fn clock(&mut self, step: Option<&R::Step>, to: &mut Seen<R>) -> Judged<R::Property> {
@@ -125,26 +147,36 @@ impl<R: Reference> Run<R> {
             }
         }
     }
+}
 
-    /// The sequence, then what shows that nothing is lost.
-    pub(crate) fn play<'a>(
-        &mut self,
-        steps: impl IntoIterator<Item = &'a R::Step>,
-        show: &mut dyn FnMut(&R, Seen<R>),
-    ) -> Result<(), Broken<R::Property>> {
-        for step in steps {
-            self.step(Some(step), show)?;
-            if self.over {
-                return Ok(());
-            }
+impl<R: Reference> Play<R::Step, R::Property> for Run<R> {
+    fn step(&mut self, step: Option<&R::Step>) -> Result<(), Broken<R::Property>> {
+        let (cycle, q) = (self.cycle, self.sim.state().clone());
+        let (inputs, outputs, told) = (None, None, vec![]);
+        let mut seen = Seen { cycle, q, inputs, outputs, reset: false, told };
+        let judged = match caught(|| self.clock(step, &mut seen)) {
+            Ok(judged) => judged.map_err(|(property, seen)| (Must::Keep(property), seen)),
+            Err(said) => Err((Must::NotPanic, said)),
+        };
+        if let Some(kept) = &mut self.kept
+            && (step.is_some() || judged.is_err())
+        {
+            seen.told = seen.inputs.map_or(vec![], |inputs| self.reference.tell(&inputs));
+            kept.push(seen);
         }
-        while let Some(step) = self.reference.rest() {
-            self.step(Some(&step), show)?;
+        judged.map_err(|(property, seen)| Broken { property, cycle, seen })?;
+        if step.is_some() {
+            self.cycle += 1;
+            self.looked = false;
         }
-        self.step(None, show)
+        Ok(())
     }
-
-    /// All that is known of the block and of its model.
+    fn is_over(&self) -> bool {
+        self.over
+    }
+    fn cycle(&self) -> u64 {
+        self.cycle
+    }
     fn known(&mut self) -> Vec<u64> {
         let mut values = vec![];
         Registers::sample(self.sim.state(), self.sim.config(), &mut values);
@@ -155,6 +187,12 @@ impl<R: Reference> Run<R> {
         self.reference.known(&mut values);
         values
     }
+    fn rest(&self) -> Option<R::Step> {
+        self.reference.rest()
+    }
+    fn choices(&self) -> Vec<R::Step> {
+        self.reference.choices()
+    }
 }
 
 /// Plays a sequence.
@@ -162,7 +200,7 @@ impl<R: Reference> Run<R> {
 /// # Errors
 /// The first property that is broken.
 pub fn check<R: Reference>(setup: &R::Setup, steps: &[R::Step]) -> Result<(), Broken<R::Property>> {
-    Run::<R>::new(setup)?.play(steps, &mut |_, _| {})
+    play(&mut *make::<R>(setup)?, &mut steps.iter())
 }
 
 /// What a search has found: a broken property and the shortest sequence that breaks it.
@@ -186,11 +224,19 @@ const CYCLES: u64 = 200;
 /// # Errors
 /// The first property that is broken.
 pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<Searched, Found<R>> {
+    searched(&|| make::<R>(setup), most)
+}
+
+/// [`exhaust`] of a block that is made anew for each way.
+pub(crate) fn searched<S: Clone, P>(
+    make: &dyn Fn() -> Made<S, P>,
+    most: usize,
+) -> Result<Searched, (Broken<P>, Vec<S>)> {
     let mut left = most as u64 * CYCLES;
     let mut seen: HashSet<Vec<u64>> = HashSet::new();
     let mut next = VecDeque::from([vec![]]);
     // What breaks only behind a sequence, unless a shorter one is found before.
-    let mut behind: Option<Found<R>> = None;
+    let mut behind: Option<(Broken<P>, Vec<S>)> = None;
     while seen.len() < most
         && left > 0
         && let Some(steps) = next.pop_front()
@@ -199,27 +245,25 @@ pub fn exhaust<R: Reference>(setup: &R::Setup, most: usize) -> Result<Searched, 
             return Err(found);
         }
         // A block cannot be copied: the way to the state is gone again.
-        let mut run = match Run::<R>::new(setup) {
+        let mut run = match make() {
             Ok(run) => run,
             Err(broken) => return Err((broken, steps)),
         };
-        let look =
-            |run: &mut Run<R>| if run.over { Ok(()) } else { run.step(None, &mut |_, _| {}) };
-        let mut way = steps.iter();
-        let played = way.try_for_each(|step| run.step(Some(step), &mut |_, _| {}));
-        if let Err(broken) = played.and_then(|()| look(&mut run)) {
+        let played = steps.iter().try_for_each(|step| run.step(Some(step)));
+        let looked = played.and_then(|()| if run.is_over() { Ok(()) } else { run.step(None) });
+        if let Err(broken) = looked {
             return Err((broken, steps));
         }
-        left = left.saturating_sub(run.cycle);
-        if run.over || !seen.insert(run.known()) {
+        left = left.saturating_sub(run.cycle());
+        if run.is_over() || !seen.insert(run.known()) {
             continue;
         }
-        next.extend(run.reference.choices().into_iter().map(|step| {
+        next.extend(run.choices().into_iter().map(|step| {
             let mut longer = steps.clone();
             longer.push(step);
             longer
         }));
-        if let Err(broken) = run.play([], &mut |_, _| {})
+        if let Err(broken) = play(&mut *run, &mut [].iter())
             && behind.as_ref().is_none_or(|(before, _)| broken.cycle < before.cycle)
         {
             behind = Some((broken, steps));

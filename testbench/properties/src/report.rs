@@ -1,6 +1,6 @@
 //! What is said and shown of a sequence that breaks a property.
 
-use crate::harness::{Broken, Run, Seen};
+use crate::harness::{Broken, Run, Seen, play};
 use crate::panics::caught;
 use crate::reference::Reference;
 use pellucid_sim::{Block, Declare, Signals, Sink};
@@ -15,13 +15,13 @@ const TOLD: usize = 100;
 
 /// What is said of a sequence that breaks a property; its waveform is written into the folder.
 pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) -> String {
-    let (mut cycles, mut lines) = (vec![], vec![]);
-    let played = Run::<R>::new(setup).and_then(|mut run| {
-        run.play(steps, &mut |reference, seen| {
-            lines.push(line(reference, &seen));
-            cycles.push(seen);
-        })
-    });
+    let (played, cycles) = match Run::<R>::new(setup) {
+        Ok(mut run) => {
+            run.kept = Some(vec![]);
+            (play(&mut run, &mut steps.iter()), run.kept.unwrap_or_default())
+        }
+        Err(broken) => (Err(broken), vec![]),
+    };
     let Err(broken) = played else { return "no property is broken".to_string() };
     let told = R::told(setup);
     if cycles.is_empty() {
@@ -36,6 +36,7 @@ pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) 
         None => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
         Some(why) => format!("its waveform cannot be written to `{}`: {why}", folder.display()),
     };
+    let mut lines: Vec<String> = cycles.iter().map(line).collect();
     let before = lines.len().saturating_sub(TOLD);
     if before > 0 {
         lines.splice(..before, [format!("  ...   {before} cycles, see the waveform")]);
@@ -44,10 +45,9 @@ pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) 
 }
 
 /// A cycle in words.
-fn line<R: Reference>(reference: &R, seen: &Seen<R>) -> String {
-    let mut what = vec![];
-    what.extend(seen.reset.then(|| "reset".to_string()));
-    what.extend(seen.inputs.iter().flat_map(|inputs| reference.tell(inputs)));
+fn line<R: Reference>(seen: &Seen<R>) -> String {
+    let reset = seen.reset.then_some("reset");
+    let what: Vec<&str> = reset.into_iter().chain(seen.told.iter().map(String::as_str)).collect();
     let what = if what.is_empty() { "nothing".to_string() } else { what.join(", ") };
     format!("  {:4}  {what}", seen.cycle)
 }
@@ -75,7 +75,7 @@ fn record<R: Reference>(
     // Inputs that nobody gives are low, and outputs where it panics before there are any.
     let low = <R::Block as Block>::In::restore(cfg, &mut iter::repeat(0));
     let none = R::Outputs::restore(cfg, &mut iter::repeat(0));
-    for Seen { cycle, q, inputs, outputs, reset } in cycles {
+    for Seen { cycle, q, inputs, outputs, reset, .. } in cycles {
         wave.sample(|to| {
             pellucid_sim::Registers::sample(q, cfg, to);
             inputs.unwrap_or(low).sample(cfg, to);

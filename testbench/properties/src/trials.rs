@@ -1,14 +1,12 @@
 //! The tests that are made of a [`Reference`]: random sequences, long ones, and a search through every state.
 
-use crate::harness::{Broken, Run, Searched, check, exhaust};
+use crate::harness::{Broken, Made, Searched, make, play, searched};
 use crate::reference::{Long, Reference};
 use crate::report::report;
 use proptest::prelude::*;
-use proptest::test_runner::{
-    Config as Effort, Reason, RngSeed, TestCaseResult, TestError, TestRunner,
-};
+use proptest::test_runner::{Config as Effort, Reason, RngSeed, TestError, TestRunner};
 use proptest_state_machine::Sequential;
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -20,65 +18,176 @@ const SHORT: u32 = 256;
 const SEARCHED: usize = 20_000;
 /// Cycles that are played to leave out what a sequence does not need.
 const SHRINKING: usize = 5_000_000;
-/// The most states of a setup that a test looks at, see [`exhaust`].
+/// The most states of a setup that a test looks at, see [`exhaust`](crate::harness::exhaust).
 pub const MOST_STATES: usize = 500_000;
 
-/// The steps that a sequence needs to break a property, as far as can be told: a half of it is left out, if that
-/// still breaks one, then the other, then quarters, and so on down to single steps.
-fn needed<R: Reference>(setup: &R::Setup, mut steps: Vec<R::Step>) -> Vec<R::Step> {
-    let mut played = 0;
-    let mut part = steps.len();
-    loop {
-        part = part.div_ceil(2);
-        let mut end = steps.len();
-        while end > 0 && played < SHRINKING {
-            let begin = end.saturating_sub(part);
-            let shorter = [&steps[..begin], &steps[end..]].concat();
-            played += shorter.len();
-            if check::<R>(setup, &shorter).is_err() {
-                steps = shorter;
-            }
-            end = begin;
-        }
-        if part <= 1 {
-            return steps;
-        }
+/// What is fixed while a sequence is played, and its steps.
+type Sequence<T, S> = (T, Vec<S>);
+
+/// Strategies for setup and step, and how many steps: see [`Long`].
+type LongOf<T, S> = (BoxedStrategy<T>, BoxedStrategy<S>, usize);
+
+/// A [`Reference`] by what it can do. What tries sequences is compiled once for all blocks of a contract.
+struct Contract<T, S, P> {
+    setups: fn() -> BoxedStrategy<T>,
+    steps: fn(&T) -> BoxedStrategy<S>,
+    long: fn() -> Vec<LongOf<T, S>>,
+    small: fn() -> Vec<T>,
+    told: fn(&T) -> String,
+    make: fn(&T) -> Made<S, P>,
+    report: fn(&T, &[S], &Path) -> String,
+}
+
+/// That of a reference.
+type ContractOf<R> =
+    Contract<<R as Reference>::Setup, <R as Reference>::Step, <R as Reference>::Property>;
+
+fn contract<R: Reference>() -> ContractOf<R> {
+    Contract {
+        setups: R::setups,
+        steps: R::steps,
+        long: || {
+            let parts = |Long::<R> { setup, step, steps }| (setup, step, steps);
+            R::long().into_iter().map(parts).collect()
+        },
+        small: R::small,
+        told: R::told,
+        make: make::<R>,
+        report: report::<R>,
     }
 }
-
-/// The shortest sequence that breaks a property: by a search, if a small setup breaks one, else the one that
-/// was found, without the steps that it does not need.
-fn shortest<R: Reference>(
-    setup: R::Setup,
-    mut steps: Vec<R::Step>,
-    broken: &Broken<R::Property>,
-) -> (R::Setup, Vec<R::Step>) {
-    let searched = R::small().into_iter().find_map(|setup| {
-        let (_, steps) = exhaust::<R>(&setup, SEARCHED).err()?;
-        Some((setup, steps))
-    });
-    searched.unwrap_or_else(|| {
-        steps.truncate(broken.cycle as usize + 1);
-        let needed = needed::<R>(&setup, steps);
-        (setup, needed)
-    })
-}
-
-/// A setup and the steps that are played with it.
-type Sequence<R> = (<R as Reference>::Setup, Vec<<R as Reference>::Step>);
 
 /// How much proptest is told to try, and where regressions are kept.
 fn effort(source: &'static str) -> Effort {
     Effort { source_file: Some(source), ..Effort::default() }
 }
 
-/// Tries what a strategy gives. Whatever tests it, this is compiled once for each strategy.
-fn tried<S: Strategy>(
-    effort: Effort,
-    strategy: &S,
-    test: &dyn Fn(S::Value) -> TestCaseResult,
-) -> Result<(), TestError<S::Value>> {
-    TestRunner::new(effort).run(strategy, test)
+impl<T, S, P> Contract<T, S, P>
+where
+    T: Clone + Debug + 'static,
+    S: Clone + Debug + 'static,
+    P: Display + 'static,
+{
+    fn check(&self, setup: &T, steps: &[S]) -> Result<(), Broken<P>> {
+        play(&mut *(self.make)(setup)?, &mut steps.iter())
+    }
+
+    /// The steps that a sequence needs to break a property, as far as can be told: a half of it is left out, if that
+    /// still breaks one, then the other, then quarters, and so on down to single steps.
+    fn needed(&self, setup: &T, mut steps: Vec<S>) -> Vec<S> {
+        let mut played = 0;
+        let mut part = steps.len();
+        loop {
+            part = part.div_ceil(2);
+            let mut end = steps.len();
+            while end > 0 && played < SHRINKING {
+                let begin = end.saturating_sub(part);
+                let shorter = [&steps[..begin], &steps[end..]].concat();
+                played += shorter.len();
+                if self.check(setup, &shorter).is_err() {
+                    steps = shorter;
+                }
+                end = begin;
+            }
+            if part <= 1 {
+                return steps;
+            }
+        }
+    }
+
+    /// The shortest sequence that breaks a property: by a search, if a small setup breaks one, else the one that
+    /// was found, without the steps that it does not need.
+    fn shortest(&self, setup: T, mut steps: Vec<S>, broken: &Broken<P>) -> Sequence<T, S> {
+        let found = (self.small)().into_iter().find_map(|setup| {
+            let (_, steps) = searched(&|| (self.make)(&setup), SEARCHED).err()?;
+            Some((setup, steps))
+        });
+        found.unwrap_or_else(|| {
+            steps.truncate(broken.cycle as usize + 1);
+            let needed = self.needed(&setup, steps);
+            (setup, needed)
+        })
+    }
+
+    fn test(&self, source: &'static str, folder: &Path) {
+        let sequences = Sequential::new(
+            (1..STEPS).into(),
+            self.setups,
+            |_, _| true,
+            self.steps,
+            |setup, _| setup,
+        );
+        let tried = TestRunner::new(effort(source)).run(&sequences, |(setup, steps, seen)| {
+            let mut counted = steps.iter().inspect(|_| {
+                if let Some(seen) = &seen {
+                    seen.fetch_add(1, Ordering::SeqCst);
+                }
+            });
+            let played = (self.make)(&setup).and_then(|mut run| play(&mut *run, &mut counted));
+            played.map_err(|broken| TestCaseError::fail(broken.to_string()))
+        });
+        self.fail(tried, |(setup, steps, _)| Ok((setup, steps)), folder);
+    }
+
+    fn test_long(&self, source: &'static str, folder: &Path) {
+        for (setup, step, steps) in (self.long)() {
+            let drawn = |seed| -> Result<Sequence<T, S>, Reason> {
+                let drawing = Effort { rng_seed: RngSeed::Fixed(seed), ..Effort::default() };
+                let mut runner = TestRunner::new(drawing);
+                let setup = setup.new_tree(&mut runner)?.current();
+                let next = |_| step.new_tree(&mut runner).map(|tree| tree.current());
+                Ok((setup, (0..steps).map(next).collect::<Result<_, _>>()?))
+            };
+            let effort = effort(source);
+            let effort = Effort { cases: effort.cases.div_ceil(SHORT), ..effort };
+            let tried = TestRunner::new(effort).run(&any::<u64>().no_shrink(), |seed| {
+                let (setup, steps) = drawn(seed).map_err(TestCaseError::Reject)?;
+                let played = self.check(&setup, &steps);
+                played.map_err(|broken| TestCaseError::fail(broken.to_string()))
+            });
+            self.fail(tried, |seed| drawn(seed).map_err(TestError::Abort), folder);
+        }
+    }
+
+    /// Reports a failure, which is one of a `sequence`.
+    fn fail<F: Debug>(
+        &self,
+        tried: Result<(), TestError<F>>,
+        sequence: impl FnOnce(F) -> Result<Sequence<T, S>, TestError<F>>,
+        folder: &Path,
+    ) {
+        let tried = tried.map_err(|error| match error {
+            TestError::Fail(reason, failed) => sequence(failed).map(|sequence| (reason, sequence)),
+            error => Err(error),
+        });
+        match tried {
+            Ok(()) => {}
+            Err(Ok((reason, (setup, steps)))) => {
+                let Err(broken) = self.check(&setup, &steps) else {
+                    panic!(
+                        "a second time it is not broken, so the block remembers something: {reason}"
+                    )
+                };
+                let (setup, steps) = self.shortest(setup, steps, &broken);
+                panic!("{}", (self.report)(&setup, &steps, folder))
+            }
+            Err(Err(error)) => panic!("{error}"),
+        }
+    }
+
+    fn search_first(&self, folder: &Path, most: usize) -> Vec<String> {
+        let mut more = vec![];
+        for setup in (self.small)() {
+            match searched(&|| (self.make)(&setup), most) {
+                Err((_, steps)) => panic!("{}", (self.report)(&setup, &steps, folder)),
+                Ok(searched) if searched.every => {}
+                Ok(Searched { states, .. }) => {
+                    more.push(format!("the first {states} of {}", (self.told)(&setup)));
+                }
+            }
+        }
+        more
+    }
 }
 
 /// Tries random sequences. `source` is the test's file, beside which regressions are kept; the waveform of a
@@ -87,23 +196,7 @@ fn tried<S: Strategy>(
 /// # Panics
 /// A property is broken: the message has the shortest sequence and the command that opens its waveform.
 pub fn test<R: Reference>(source: &'static str, folder: &Path) {
-    let sequences = Sequential::new(
-        (1..STEPS).into(),
-        R::setups,
-        |_, _| true,
-        |setup| R::steps(setup),
-        |setup, _| setup,
-    );
-    let tried = tried(effort(source), &sequences, &|(setup, steps, seen)| {
-        let counted = steps.iter().inspect(|_| {
-            if let Some(seen) = &seen {
-                seen.fetch_add(1, Ordering::SeqCst);
-            }
-        });
-        let played = Run::<R>::new(&setup).and_then(|mut run| run.play(counted, &mut |_, _| {}));
-        played.map_err(|broken| TestCaseError::fail(broken.to_string()))
-    });
-    fail::<R, _>(tried, |(setup, steps, _)| Ok((setup, steps)), folder);
+    contract::<R>().test(source, folder);
 }
 
 /// Plays the long random sequences of a [`Reference`], each once for 256 short ones; for the rest see [`test()`]. A
@@ -112,65 +205,16 @@ pub fn test<R: Reference>(source: &'static str, folder: &Path) {
 /// # Panics
 /// A property is broken: the message has the shortest sequence and the command that opens its waveform.
 pub fn test_long<R: Reference>(source: &'static str, folder: &Path) {
-    for Long { setup, step, steps } in R::long() {
-        let drawn = |seed| -> Result<Sequence<R>, Reason> {
-            let drawing = Effort { rng_seed: RngSeed::Fixed(seed), ..Effort::default() };
-            let mut runner = TestRunner::new(drawing);
-            let setup = setup.new_tree(&mut runner)?.current();
-            let next = |_| step.new_tree(&mut runner).map(|tree| tree.current());
-            Ok((setup, (0..steps).map(next).collect::<Result<_, _>>()?))
-        };
-        let effort = effort(source);
-        let effort = Effort { cases: effort.cases.div_ceil(SHORT), ..effort };
-        let tried = tried(effort, &any::<u64>().no_shrink(), &|seed| {
-            let (setup, steps) = drawn(seed).map_err(TestCaseError::Reject)?;
-            let played = check::<R>(&setup, &steps);
-            played.map_err(|broken| TestCaseError::fail(broken.to_string()))
-        });
-        fail::<R, _>(tried, |seed| drawn(seed).map_err(TestError::Abort), folder);
-    }
+    contract::<R>().test_long(source, folder);
 }
 
-/// Reports a failure, which is one of a `sequence`.
-fn fail<R: Reference, T: Debug>(
-    tried: Result<(), TestError<T>>,
-    sequence: impl FnOnce(T) -> Result<Sequence<R>, TestError<T>>,
-    folder: &Path,
-) {
-    let tried = tried.map_err(|error| match error {
-        TestError::Fail(reason, failed) => sequence(failed).map(|sequence| (reason, sequence)),
-        error => Err(error),
-    });
-    match tried {
-        Ok(()) => {}
-        Err(Ok((reason, (setup, steps)))) => {
-            let Err(broken) = check::<R>(&setup, &steps) else {
-                panic!("a second time it is not broken, so the block remembers something: {reason}")
-            };
-            let (setup, steps) = shortest::<R>(setup, steps, &broken);
-            panic!("{}", report::<R>(&setup, &steps, folder))
-        }
-        Err(Err(error)) => panic!("{error}"),
-    }
-}
-
-/// Looks at every state of the small setups, of each at `most` as [`exhaust`] does; the waveform of a failure
-/// goes into the folder `folder`. Gives those setups that have more, in words.
+/// Looks at every state of the small setups, of each at `most` as [`exhaust`](crate::harness::exhaust) does; the
+/// waveform of a failure goes into the folder `folder`. Gives those setups that have more, in words.
 ///
 /// # Panics
 /// A property is broken: the message has the shortest sequence and the command that opens its waveform.
 pub fn search_first<R: Reference>(folder: &Path, most: usize) -> Vec<String> {
-    let mut more = vec![];
-    for setup in R::small() {
-        match exhaust::<R>(&setup, most) {
-            Err((_, steps)) => panic!("{}", report::<R>(&setup, &steps, folder)),
-            Ok(searched) if searched.every => {}
-            Ok(Searched { states, .. }) => {
-                more.push(format!("the first {states} of {}", R::told(&setup)));
-            }
-        }
-    }
-    more
+    contract::<R>().search_first(folder, most)
 }
 
 /// Looks at every state of the small setups as [`search_first`] does.
