@@ -37,7 +37,7 @@ type Queue = Fifo<u32>;
 
 #[inline]
 fn queue(cfg: &Config) -> fifo::Config<u32> {
-    fifo::Config { depth: cfg.sections, item: cfg.id_bits() }
+    fifo::Config { depth: cfg.sections.max(1), item: cfg.id_bits() }
 }
 
 #[rtl(check(FreeList, Config { sections: 1 }), check(FreeList, Config { sections: 6 }))]
@@ -53,8 +53,9 @@ impl Block for FreeList {
         State { fresh: 0, queue: Queue::reset(&queue(cfg)) }
     }
 
+    /// No word where there is no section.
     fn memories(cfg: &Config) -> Self::Mem {
-        Queue::memories(&queue(cfg))
+        Queue::memories(&fifo::Config { depth: cfg.sections, ..queue(cfg) })
     }
 
     #[inline(always)]
