@@ -26,9 +26,9 @@ pub mod scan;
 pub mod sections;
 pub mod ssa;
 pub mod store;
-#[cfg(test)]
-mod stored;
 pub mod tables;
+#[cfg(test)]
+mod test_util;
 pub mod walk;
 pub mod weigh;
 

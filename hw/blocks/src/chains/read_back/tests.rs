@@ -1,7 +1,7 @@
 use super::*;
 use crate::chains::config::{Passes, Shape};
 use crate::chains::occupancy::Occupancy;
-use crate::chains::stored::{Pixel, Stored, meaning, reference};
+use crate::chains::test_util::{Pixel, Stored, meaning, reference};
 use crate::test_util::{Clocked, Pattern, contents, edge, holding, pattern, screen, shape};
 use pellucid_sim::{Ram1R1W, ReadDuringWrite, Sim, StreamMonitor};
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::chains::config::Shape;
-use crate::chains::stored::{Pixel, Stored, meaning, reference};
 use crate::chains::tables::SsaEntry;
+use crate::chains::test_util::{Pixel, Stored, meaning, reference};
 use crate::test_util::{Pattern, Source, edge, pattern, screen, shape, traffic};
 use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::chains::config::Shape;
-use crate::chains::stored::{Pixel, Stored};
+use crate::chains::test_util::{Pixel, Stored};
 use crate::test_util::{edge, small_owned, traffic};
 use pellucid_machine::pixel::rgba;
 use pellucid_sim::{Label, Sim};
