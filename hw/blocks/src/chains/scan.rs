@@ -203,7 +203,8 @@ mod tests {
             let shape = Shape { bitmap, ..shape() };
             let cfg = Config::new(screen(width, height), shape);
             let mut occupancy = Clocked::new(cfg);
-            for word in 0..cfg.occupancy_words() {
+            // Without a bitmap there is nothing to clear, and nothing to set.
+            for word in 0..if bitmap { cfg.occupancy_words() } else { 0 } {
                 let clear = Stream::offer(word);
                 occupancy.clock(occupancy::In { clear, ..occupancy::In::default() }).unwrap();
             }
@@ -214,7 +215,7 @@ mod tests {
         /// sent, with their cycles counted from the start, and the cycle of the end.
         fn scan(&mut self, set: &BTreeSet<u32>, ready: &Pattern) -> (Vec<(u64, u32)>, u64) {
             let bitmap = self.sim.config().shape.bitmap;
-            for pixel in set.iter().map(|pixel| Stream::offer(*pixel)) {
+            for pixel in set.iter().filter(|_| bitmap).map(|pixel| Stream::offer(*pixel)) {
                 self.occupancy
                     .clock(occupancy::In { ask: pixel, ..occupancy::In::default() })
                     .unwrap();

@@ -41,7 +41,7 @@ struct Bench {
 impl Bench {
     /// After reset, with the opaque depths of the first pixels; the others are at the far plane.
     fn new(opaque: &[u32]) -> Bench {
-        let cfg = small_rbuffer(4, Some(7));
+        let cfg = small_rbuffer(4, None);
         let mut depths = vec![Z_FAR; 21];
         depths[..opaque.len()].copy_from_slice(opaque);
         let depth = holding(&depths, Z_BITS, ReadDuringWrite::New);

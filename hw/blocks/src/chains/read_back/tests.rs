@@ -41,13 +41,14 @@ impl Bench {
         let mut depth = vec![0; cfg.screen.pixels() as usize];
         let mut occupancy = Clocked::new(cfg);
         let idle = occupancy::In::default();
-        for word in 0..cfg.occupancy_words() {
+        // Without a bitmap there is nothing to clear, and nothing to set.
+        for word in 0..if shape.bitmap { cfg.occupancy_words() } else { 0 } {
             occupancy.clock(occupancy::In { clear: Stream::offer(word), ..idle }).unwrap();
         }
         for (number, pixel) in pixels.iter().enumerate() {
             ssa[number] = stored.entries[number];
             depth[number] = pixel.depth;
-            if !pixel.layers.is_empty() {
+            if shape.bitmap && !pixel.layers.is_empty() {
                 let this = Stream::offer(number as u32);
                 occupancy.clock(occupancy::In { ask: this, ..idle }).unwrap();
                 occupancy.clock(occupancy::In { set: this, ..idle }).unwrap();
