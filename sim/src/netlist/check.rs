@@ -8,7 +8,7 @@
 use super::elaborate::{Netlist, elaborate};
 use super::evaluate::Evaluator;
 use super::node::mask;
-use super::value::{Leaf, Shape};
+use super::shape::{Leaf, Shape};
 use crate::memory::{FaultKind, Memory};
 use std::fmt::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};

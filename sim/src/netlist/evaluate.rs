@@ -1,7 +1,7 @@
 //! Runs a module: its children are dissolved into one list of operations, which is carried out once a
 //! cycle.
 
-use super::elaborate::{Ask, Instance, Module};
+use super::module::{Ask, Instance, Module};
 use super::node::{Binary, Node, Op, Type, compute, mask};
 use crate::{ReadDuringWrite, StorageInfo};
 use std::collections::{HashMap, VecDeque};

@@ -9,7 +9,9 @@
 //! | --- | --- |
 //! | [`node`] | wires and what drives them |
 //! | [`value`] | bundles of wires, and where two branches meet |
+//! | [`shape`] | which signals a bundle has, and how they nest |
 //! | [`twin`] | operators and methods as the twins call them |
+//! | [`module`] | a block's ports, registers, memories and children |
 //! | [`mod@elaborate`] | from a block to its module |
 //! | [`mod@evaluate`] | runs a module |
 //! | [`check`] | holds a module to the native source on random inputs |
@@ -17,14 +19,16 @@
 pub mod check;
 pub mod elaborate;
 pub mod evaluate;
+pub mod module;
 pub mod node;
+pub mod shape;
 pub mod twin;
 pub mod value;
 
 pub use check::agrees;
-pub use elaborate::{
-    Ask, Instance, Module, Netlist, Numbers, Ram, Register, elaborate, elaborate_alone,
-};
+pub use elaborate::{Netlist, Numbers, elaborate, elaborate_alone};
 pub use evaluate::Evaluator;
+pub use module::{Ask, Instance, Module, Ram, Register};
 pub use node::{Binary, Driver, Graph, Node, Op, Type};
-pub use value::{Leaf, Lift, Shape, Step, Value};
+pub use shape::{Leaf, Shape};
+pub use value::{Lift, Step, Value};

@@ -5,7 +5,8 @@
 //! values are copied without a thought, and the functions that `#[rtl]` makes have nothing to drop.
 
 use super::node::{Graph, Node, Type};
-use crate::signals::{Declare, Kind, Signals};
+use super::shape::Shape;
+use crate::signals::Signals;
 use std::rc::Rc;
 
 /// See the module's description.
@@ -40,8 +41,8 @@ pub(super) enum Contents {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Record {
     /// Where it lies among the registers or memories of its block, if it is one of them.
-    place: Option<Rc<str>>,
-    fields: Vec<(Rc<str>, Value)>,
+    pub(super) place: Option<Rc<str>>,
+    pub(super) fields: Vec<(Rc<str>, Value)>,
 }
 
 impl Record {
@@ -51,7 +52,7 @@ impl Record {
             None => self.fields.push((name.into(), value)),
         }
     }
-    fn into_value(self) -> Value {
+    pub(super) fn into_value(self) -> Value {
         Value::Bundle(Bundle::of(Contents::Record(self)))
     }
 }
@@ -128,7 +129,10 @@ impl Value {
 
     /// Where it lies among its block's registers or memories.
     pub fn place(self) -> Option<Rc<str>> {
-        self.to_record().place
+        match self.contents().as_deref() {
+            Some(Contents::Record(record)) => record.place.clone(),
+            _ => None,
+        }
     }
 
     /// Its only wire.
@@ -416,131 +420,10 @@ impl<T: Lift> Pass<Value> for T {
     }
 }
 
-/// One signal of a [`Shape`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Leaf {
-    /// Its path: `payload.item.z`, `entries[3].z`.
-    pub path: String,
-    /// How many bits.
-    pub width: u32,
-    /// What they mean.
-    pub kind: Kind,
-}
-
-/// The form of a bundle: its signals in the order of their declaration, and how they nest.
-#[derive(Clone, Debug, Default)]
-pub struct Shape {
-    /// Every signal.
-    pub leaves: Vec<Leaf>,
-    root: Option<Form>,
-    path: Vec<(String, Vec<(String, Form)>)>,
-}
-
-#[derive(Clone, Debug)]
-enum Form {
-    Leaf(usize),
-    Record(Vec<(String, Form)>),
-}
-
 /// A field's name, and the number if it is an array's element: `x[3]` is `x` and 3.
-fn element(name: &str) -> (&str, Option<usize>) {
+pub(super) fn element(name: &str) -> (&str, Option<usize>) {
     match name.strip_suffix(']').and_then(|n| n.split_once('[')) {
         Some((array, k)) => (array, k.parse().ok()),
         None => (name, None),
-    }
-}
-
-impl Shape {
-    /// The form of what `declare` declares.
-    pub fn of(declare: impl FnOnce(&mut dyn Declare)) -> Shape {
-        let mut shape = Shape::default();
-        declare(&mut shape);
-        shape
-    }
-
-    fn add(&mut self, name: &str, form: Form) {
-        match self.path.last_mut() {
-            Some((_, fields)) => fields.push((name.to_string(), form)),
-            None => self.root = Some(form),
-        }
-    }
-
-    fn path_of(&self, name: &str) -> String {
-        let opened = self.path.iter().map(|(n, _)| n.as_str());
-        opened.chain([name]).filter(|n| !n.is_empty()).collect::<Vec<_>>().join(".")
-    }
-
-    /// A value of this form whose wire of signal `k` is `wire(k)`. If `placed`, its bundles know
-    /// their paths.
-    pub fn build(&self, placed: bool, wire: &mut dyn FnMut(usize) -> Node) -> Value {
-        match &self.root {
-            Some(form) => build(form, "", placed, wire),
-            None => Value::Zero,
-        }
-    }
-
-    /// The wires of `value`, one for each signal.
-    pub fn wires(&self, value: Value) -> Vec<Value> {
-        let mut wires = vec![Value::Zero; self.leaves.len()];
-        if let Some(form) = &self.root {
-            gather(form, value, &mut wires);
-        }
-        wires
-    }
-}
-
-fn build(form: &Form, path: &str, placed: bool, wire: &mut dyn FnMut(usize) -> Node) -> Value {
-    let fields = match form {
-        Form::Leaf(k) => return Value::Wire(wire(*k)),
-        Form::Record(fields) => fields,
-    };
-    let mut record = Record { place: placed.then(|| path.into()), fields: vec![] };
-    for (name, form) in fields {
-        let value = build(form, &crate::join(path, name), placed, wire);
-        match element(name) {
-            (name, None) => record.fields.push((name.into(), value)),
-            (array, Some(_)) => match record.fields.last_mut() {
-                Some((last, values)) if **last == *array => {
-                    *values = Value::list(&[values.elements(), vec![value]].concat());
-                }
-                _ => record.fields.push((array.into(), Value::list(&[value]))),
-            },
-        }
-    }
-    record.into_value()
-}
-
-fn gather(form: &Form, value: Value, wires: &mut [Value]) {
-    match form {
-        Form::Leaf(k) => wires[*k] = value,
-        Form::Record(fields) => {
-            for (name, form) in fields {
-                if matches!(value, Value::Clocked(_)) {
-                    continue;
-                }
-                let part = match element(name) {
-                    (name, None) => value.field(name),
-                    (array, Some(k)) => value.field(array).at(Value::literal(k as u64)),
-                };
-                gather(form, part, wires);
-            }
-        }
-    }
-}
-
-impl Declare for Shape {
-    fn open(&mut self, name: &str) {
-        self.path.push((name.to_string(), vec![]));
-    }
-    fn close(&mut self) {
-        if let Some((name, fields)) = self.path.pop() {
-            self.add(&name, Form::Record(fields));
-        }
-    }
-    fn signal(&mut self, name: &str, width: u32, kind: Kind) {
-        let path = self.path_of(name);
-        let form = Form::Leaf(self.leaves.len());
-        self.leaves.push(Leaf { path, width, kind });
-        self.add(name, form);
     }
 }
