@@ -9,7 +9,8 @@ use pellucid_machine::{Item, Kind};
 pub enum Stimulus {
     /// One frame, as fast as the machine takes it.
     Plain,
-    /// Half a frame, a reset, and the frame twice in a row; the source pauses and the display stalls.
+    /// Half a frame, a reset, the frame, and three times less and less of it, so that what is not cleared in between is
+    /// seen, in each of two banks, too; the source pauses and the display stalls.
     Stress,
 }
 
@@ -22,6 +23,8 @@ pub fn chosen(n: u64, of_eight: u64) -> bool {
 const DISPLAY_BUSY: u64 = 3;
 /// Of eight items, how many come a cycle late.
 const SOURCE_LATE: u64 = 2;
+/// Of eight items of the frame, how many are in each of the frames after the reset.
+const FRAMES: [u64; 4] = [8, 5, 2, 1];
 
 impl Stimulus {
     /// Plays the frame.
@@ -56,10 +59,16 @@ impl Stimulus {
             send(bench, item)
         })?;
         bench.reset();
-        // The second frame comes in while the first is still being shown.
-        for _ in 0..2 {
-            bench.frame(|bench| source.play(kind, &mut |item| send(bench, item)))?;
+        // The next frame comes in while the one before is still being shown.
+        for of_eight in FRAMES {
+            bench.frame(|bench| {
+                let mut n = 0;
+                source.play(kind, &mut |item| {
+                    n += 1;
+                    if chosen(n, of_eight) { send(bench, item) } else { Ok(()) }
+                })
+            })?;
         }
-        bench.wait_for(2, |_, _| Ok(()))
+        bench.wait_for(FRAMES.len(), |_, _| Ok(()))
     }
 }

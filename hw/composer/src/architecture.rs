@@ -25,8 +25,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
     model,
     small,
     ways: &[
-        &[],
-        &[("scan_line_engines", "2"), ("distribution", "area"), ("beta", "0")],
+        &[("scan_line_engines", "3")],
+        &[("distribution", "area"), ("beta", "0")],
         &[("transparency", "tbuffer")],
         &[("transparency", "rbuffer")],
         &[("transparency", "mbuffer")],
@@ -34,7 +34,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
     tight: &[
         ("engines", "3"),
         ("primitives", "80"),
-        ("line_primitives", "64"),
+        ("line_primitives", "20"),
         ("sorter_depth", "3"),
         ("tbuffer.sections", "40"),
         ("tbuffer.outside_sections", "100"),

@@ -17,8 +17,8 @@ pub(super) struct ExportArgs {
     /// The folder for the modules, the testbench and the recorded run
     #[arg(long, default_value = "pellucid-rtl", value_name = "DIR")]
     out: PathBuf,
-    /// Record half a frame, a reset and the frame twice in a row, with pauses of the source and stalls
-    /// of the display, instead of the frame alone
+    /// Record half a frame, a reset, the frame and three times less and less of it, with pauses of the
+    /// source and stalls of the display, instead of the frame alone
     #[arg(long)]
     stress: bool,
     /// Print nothing but errors

@@ -5,19 +5,14 @@ use super::text::{Flip, flips, with_choice};
 use super::{exercised, in_folder, text as said, tools};
 use pellucid_hw::ARCHITECTURES;
 use pellucid_machine::Architecture;
-use rand::SeedableRng;
-use rand::seq::SliceRandom;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use wildmatch::WildMatch;
 
-/// Which flips are tried; the same ones each time.
-const SEED: u64 = 1;
-
 /// How many for each architecture, in the first of the ways to build it.
-const FLIPS: usize = 100;
+const FLIPS: usize = 300;
 
 /// Files that are the same in every export.
 const BY_HAND: [&str; 4] = ["ram_1r1w.v", "ram_1rw.v", "ram_delay.v", "lockstep_tb.v"];
@@ -27,7 +22,7 @@ struct Chosen {
     /// The module's file.
     file: String,
     flip: Flip,
-    /// The line in which it stands.
+    /// The line in which it stands; what is put in an operator's place stands behind it in braces.
     line: String,
 }
 
@@ -38,12 +33,19 @@ fn choose(folder: &Path) -> Vec<Chosen> {
     for file in list.lines().filter(|file| !BY_HAND.contains(file)) {
         let text = std::fs::read_to_string(folder.join(file)).unwrap();
         all.extend(flips(&text).into_iter().map(|flip| {
-            let start = text[..flip.at].rfind('\n').map_or(0, |k| k + 1);
-            let line = text[start..].lines().next().unwrap_or_default().trim().to_string();
+            let (before, after) = text.split_at(flip.at + flip.right.len());
+            let before = before.rsplit('\n').next().unwrap_or_default().trim_start();
+            let after = after.lines().next().unwrap_or_default();
+            let line = format!("{before}{{{}}}{after}", flip.wrong);
             Chosen { file: file.to_string(), flip, line }
         }));
     }
-    all.shuffle(&mut ChaCha8Rng::seed_from_u64(SEED));
+    // By a hash of the text, so that a change of one line does not choose others.
+    all.sort_by_cached_key(|Chosen { file, line, .. }| {
+        let mut hasher = DefaultHasher::new();
+        (file, line).hash(&mut hasher);
+        hasher.finish()
+    });
     let mut seen = HashSet::new();
     all.retain(|Chosen { file, flip, .. }| seen.insert((file.clone(), flip.at)));
     all.truncate(FLIPS);
@@ -99,28 +101,26 @@ fn survivors(arch: &'static Architecture) -> (usize, Vec<Chosen>) {
     (of, told.filter(|(_, told)| !told).map(|(chosen, _)| chosen).collect())
 }
 
-/// Why flips survive: modules, operator, what the line has in which it stands, reason.
-fn reasons() -> Vec<[String; 4]> {
+/// Why flips survive: modules, what the line has in which it stands, reason.
+fn reasons() -> Vec<[String; 3]> {
     let table = concat!(env!("CARGO_MANIFEST_DIR"), "/../faults/survivors.txt");
     let text = std::fs::read_to_string(table).unwrap();
     let rows = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
     let cells = |row: &str| row.split("; ").map(String::from).collect::<Vec<_>>();
-    rows.map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("four cells: {row}"))).collect()
+    rows.map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("three cells: {row}"))).collect()
 }
 
 /// The comparison tells every flipped operator but those that stand in the table, and those it does not tell.
 #[test]
-#[ignore = "builds a machine of each architecture in Verilator and runs it a hundred times"]
+#[ignore = "builds a machine of each architecture in Verilator and runs it hundreds of times"]
 fn flipped_operators_are_told() {
     if !tools::have(&["verilator"]) {
         return;
     }
     let reasons = reasons();
-    let row_of = |Chosen { file, flip, line }: &Chosen| {
-        let flip = format!("{} {}", flip.right, flip.wrong);
-        reasons.iter().position(|[module, operator, part, _]| {
-            WildMatch::new(module).matches(file) && *operator == flip && line.contains(part)
-        })
+    let row_of = |Chosen { file, line, .. }: &Chosen| {
+        let fits = |module: &str, part| WildMatch::new(module).matches(file) && line.contains(part);
+        reasons.iter().position(|[module, part, _]| fits(module, part.as_str()))
     };
     let rows: Vec<Option<usize>> = ARCHITECTURES
         .par_iter()
@@ -129,10 +129,9 @@ fn flipped_operators_are_told() {
             let told = of - survivors.len();
             let mut said = format!("{}: {told} of {of} flips are told\n", arch.name);
             let rows: Vec<_> = survivors.iter().map(row_of).collect();
-            for (Chosen { file, flip, line }, row) in survivors.iter().zip(&rows) {
-                let reason = row.map_or("NO REASON", |row| &reasons[row][3]);
-                let (right, wrong) = (flip.right, flip.wrong);
-                said += &format!("  {file}; {right} {wrong}; {line}; {reason}\n");
+            for (Chosen { file, line, .. }, row) in survivors.iter().zip(&rows) {
+                let reason = row.map_or("NO REASON", |row| &reasons[row][2]);
+                said += &format!("  {file}; {line}; {reason}\n");
             }
             println!("{said}");
             rows
@@ -140,7 +139,7 @@ fn flipped_operators_are_told() {
         .collect();
     let unknown = rows.iter().filter(|row| row.is_none()).count();
     assert_eq!(unknown, 0, "survivors for which no row gives a reason");
-    let rest: Vec<_> = (0..reasons.len()).filter(|row| !rows.contains(&Some(*row))).collect();
-    let rest: Vec<_> = rest.iter().map(|row| &reasons[*row]).collect();
-    assert!(rest.is_empty(), "nothing needs these rows: {rest:?}");
+    for row in (0..reasons.len()).filter(|row| !rows.contains(&Some(*row))) {
+        println!("nothing needs {:?}", reasons[row]);
+    }
 }

@@ -219,8 +219,9 @@ fn a_fault_in_the_text_of_the_mbuffer_is_seen() {
 
 #[test]
 fn a_fault_in_the_text_of_the_composer_is_seen() {
+    let composer = (first("composer").0, &[("scan_line_engines", "1")][..]);
     faults_are_seen(
-        first("composer"),
+        composer,
         &[
             ("bucket_sort.v", "item_row_i} - line", "item_row_i} + line"),
             ("buckets_buckets_0.v", "filled_q + ", "filled_q - "),

@@ -38,6 +38,11 @@ pub struct Flip {
 /// Stands for an operator until its operands are known.
 const MARK: char = '\u{1}';
 
+/// Whether text beside an operator has a number of one bit next to it.
+fn one_bit(side: &str) -> bool {
+    ["1'd0", "1'd1"].iter().any(|n| side.starts_with(n) || side.ends_with(n))
+}
+
 /// Every way in which an operator of a module's text can be flipped.
 pub fn flips(text: &str) -> Vec<Flip> {
     let mut found = vec![];
@@ -50,8 +55,13 @@ pub fn flips(text: &str) -> Vec<Flip> {
         function &= !code.starts_with("endfunction");
         for (k, _) in line.char_indices().filter(|_| !passed) {
             let token = line[k..].strip_prefix(' ').and_then(|rest| rest.split_once(' '));
-            let flipped = FLIPPED.iter().find(|(right, _)| token.is_some_and(|(t, _)| t == *right));
+            let Some((token, after)) = token else { continue };
+            let flipped = FLIPPED.iter().find(|(right, _)| token == *right);
             let Some((right, wrong)) = flipped else { continue };
+            // In one bit, one more is one less.
+            if ["+", "-"].contains(right) && [&line[..k], after].iter().any(|side| one_bit(side)) {
+                continue;
+            }
             found.extend(wrong.iter().map(|wrong| Flip { at: from + k + 1, right, wrong }));
         }
         from += line.len();

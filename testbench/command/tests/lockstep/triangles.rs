@@ -9,6 +9,9 @@ use tempfile::NamedTempFile;
 /// Straight at the triangles, so that what is level in them is level on the screen.
 pub const CAMERA: &str = "0,0,3:0,0,0:40";
 
+/// A pixel's side at the distance of what it looks at, on a screen of 18 rows: 2 * 3 * tan(40 degrees / 2) / 18.
+const PIXEL: f64 = 0.121_323_4;
+
 /// How many triangles.
 const COUNT: u32 = 112;
 
@@ -23,13 +26,22 @@ pub fn scene() -> NamedTempFile {
         let middle = anywhere(0.8);
         let near = |offset: [f64; 3]| std::array::from_fn(|axis| middle[axis] + offset[axis]);
         match k % 16 {
-            0 | 1 | 3 | 4 => corners = [(); 3].map(|()| anywhere(1.0)),
+            // All of the screen.
+            0 => corners = [[-9.0, -9.0, -0.6], [9.0, -9.0, -0.6], [0.0, 9.0, -0.6]],
+            1 | 3 | 4 => corners = [(); 3].map(|()| anywhere(1.0)),
             // Two edges along rows and columns.
             6 | 7 => {
                 let [x, y, _] = anywhere(0.6);
                 corners = [[0.0; 3], [x, 0.0, 0.0], [0.0, y, 0.0]].map(near);
             }
             8 => corners = [(); 3].map(|()| near(anywhere(0.2))),
+            // Edges that go through the middles of pixels, and what is as deep.
+            9 | 10 | 11 | 14 | 15 => {
+                corners = [(); 3].map(|()| {
+                    let [x, y] = [11.0, 8.0].map(|most| random(most).round() + 0.5);
+                    [x * PIXEL, y * PIXEL, 0.0]
+                });
+            }
             // As deep as the one before it in every pixel.
             _ => {}
         }
@@ -37,7 +49,8 @@ pub fn scene() -> NamedTempFile {
         let back = if [1, 2].contains(&(k % 16)) { 0.7 } else { 0.0 };
         for [x, y, z] in corners.map(|[x, y, z]| [x, y, z - back]) {
             let [red, green, blue, alpha] = [(); 4].map(|()| (128.0 + random(127.9)) as u8);
-            let alpha = if [1, 2, 5].contains(&(k % 16)) { 255 } else { alpha };
+            let opaque = [1, 2, 5, 12].contains(&(k % 16)) || k % 32 == 0;
+            let alpha = if opaque { 255 } else { alpha };
             writeln!(vertices, "{x:.4} {y:.4} {z:.4} {red} {green} {blue} {alpha}").unwrap();
         }
     }
