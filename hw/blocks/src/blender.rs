@@ -10,19 +10,19 @@
 //! One fragment a cycle, always ready. A colour is written in the cycle after its pixel's last
 //! fragment came in.
 
-use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen, blend};
+use pellucid_machine::pixel::{COLOUR_BITS, Marked, blend};
 use pellucid_sim::Block;
 use pellucid_sim::{Label, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Blender;
 
-/// A fragment in blending order.
+/// A fragment in blending order. The width of its pixel's number is 0 if its turn tells which it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-#[signals(Screen)]
+#[signals(u32)]
 pub struct Sorted {
     /// Its pixel.
-    #[width(cfg.pixel_bits())]
+    #[width(*cfg)]
     pub pixel: u32,
     /// Its colour, `0xRRGGBBAA`.
     #[width(32)]
@@ -35,7 +35,7 @@ pub struct Sorted {
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
+#[signals(u32)]
 pub struct State {
     /// The next fragment is its pixel's first.
     pub fresh: bool,
@@ -51,7 +51,7 @@ pub struct State {
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
+#[signals(u32)]
 pub struct In {
     /// Fragments of one pixel after the other, far to near, then the end of the frame.
     #[with(*cfg)]
@@ -63,13 +63,13 @@ pub struct In {
 
 /// Outputs. The default is what the unit shows while it is not clocked.
 #[derive(Clone, Copy, Debug, Default, Signals)]
-#[signals(Screen)]
+#[signals(u32)]
 pub struct Out {
     /// Reads a pixel's opaque colour.
-    #[with(cfg.pixel_bits())]
+    #[with(*cfg)]
     pub colour_read: ReadPort,
     /// Writes a pixel's final colour.
-    #[with(cfg.pixel_bits(), COLOUR_BITS)]
+    #[with(*cfg, COLOUR_BITS)]
     pub colour_write: WritePort<u32>,
     /// A fragment is blended in this cycle.
     pub blended: bool,
@@ -77,26 +77,26 @@ pub struct Out {
     pub frame_done: bool,
 }
 
-#[rtl(check(Blender, crate::test_util::screen(5, 3)))]
+#[rtl(check(Blender, 4), check(Blender, 0))]
 impl Block for Blender {
-    type Config = Screen;
+    /// Bits of a pixel's number.
+    type Config = u32;
     type State = State;
     type In = In;
     type Moore = ();
     type Out = Out;
     type Mem = ();
 
-    fn reset(cfg: &Screen) -> State {
-        cfg.check();
+    fn reset(_: &u32) -> State {
         State { fresh: true, stage: Stream::idle(), stage_fresh: false, colour: 0 }
     }
 
-    fn memories(_: &Screen) {}
+    fn memories(_: &u32) {}
 
-    fn moore(_: &Screen, _: &State, _: &()) {}
+    fn moore(_: &u32, _: &State, _: &()) {}
 
     #[inline(always)]
-    fn next(_: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
+    fn next(_: &u32, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 
         // Second stage: the colour below is at hand.
@@ -127,7 +127,7 @@ impl Block for Blender {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_util::{contents, edge, holding, screen};
+    use crate::test_util::{contents, edge, holding};
     use pellucid_machine::pixel::rgba;
     use pellucid_sim::{ReadDuringWrite, Sim};
 
@@ -140,7 +140,7 @@ mod tests {
         let frame = [half_white, half_black, opaque].map(|(pixel, rgba, last)| {
             Marked::item(Sorted { pixel, rgba, last, ..Sorted::default() })
         });
-        let mut sim = Sim::<Blender>::new(screen(6, 1));
+        let mut sim = Sim::<Blender>::new(3);
         let mut colours = holding(&[0; 6], COLOUR_BITS, ReadDuringWrite::Forbidden);
         let sent = frame.map(Stream::offer).into_iter().chain([Stream::idle()]);
         for sorted in sent {

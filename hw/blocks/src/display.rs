@@ -17,6 +17,11 @@ use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, WritePort, rt
 /// See the module's description.
 pub struct Display;
 
+/// A bank is wiped as it is shown.
+fn shown(cfg: &Screen) -> scanout::Config {
+    scanout::Config { screen: *cfg, wipes: true }
+}
+
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Screen)]
@@ -26,7 +31,7 @@ pub struct State {
     #[block(FrameBuffer)]
     pub frame_buffer: frame_buffer::State,
     /// See [`scanout`].
-    #[with(*cfg)]
+    #[with(shown(cfg))]
     #[block(Scanout)]
     pub scanout: scanout::State,
 }
@@ -81,7 +86,7 @@ pub struct Mem {
     #[block(FrameBuffer, *cfg)]
     pub frame_buffer: frame_buffer::Mem,
     /// See [`scanout`].
-    #[block(Scanout, *cfg)]
+    #[block(Scanout, shown(cfg))]
     pub scanout: scanout::Mem,
 }
 
@@ -97,7 +102,7 @@ impl Block for Display {
     #[inline(always)]
     fn moore(cfg: &Screen, q: &State, m: &Mem) -> Moore {
         let buffer = FrameBuffer::moore(cfg, &q.frame_buffer, &m.frame_buffer);
-        let scanout = Scanout::moore(cfg, &q.scanout, &m.scanout);
+        let scanout = Scanout::moore(&shown(cfg), &q.scanout, &m.scanout);
         Moore {
             depth: buffer.depth,
             colour: buffer.colour,
@@ -109,14 +114,14 @@ impl Block for Display {
     #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let buffer = FrameBuffer::moore(cfg, &q.frame_buffer, &m.frame_buffer);
-        let busy = Scanout::moore(cfg, &q.scanout, &m.scanout).busy;
+        let busy = Scanout::moore(&shown(cfg), &q.scanout, &m.scanout).busy;
         let shown = if busy || i.show {
             let to_scanout = scanout::In {
                 start: i.show,
                 colour: buffer.back_colour,
                 image_ready: i.image_ready,
             };
-            Scanout::next(cfg, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
+            Scanout::next(&shown(cfg), &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
         } else {
             scanout::Out::default()
         };

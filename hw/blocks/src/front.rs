@@ -4,7 +4,7 @@
 //! ```text
 //!              +-------------------------------------------+
 //!  fragment -->| DepthTest                                 |---> passed (transparent, in front)
-//!              |     | depth, colour      Sequencer        |---> phase, clear, replay
+//!              |     | depth, colour      Sequencer        |---> phase, clear
 //!              |     v                                     |
 //!  depth,  --->| Display: frame buffer (depth and colour,  |---> depth, colour
 //!  colour      |          two banks), scanout              |---> image
@@ -116,7 +116,8 @@ pub struct Status {
     pub phase: Phase,
     /// A fragment, or the end of a frame, is taken.
     pub ready: bool,
-    /// What comes next is the same frame again: see [`Ports::replay`](pellucid_machine::Ports::replay).
+    /// What comes next is the same frame again: see [`Ports::replay`](pellucid_machine::Ports::replay). A machine that asks
+    /// for it again says so itself.
     pub replay: bool,
     /// The image, pixel by pixel, `0xRRGGBB`.
     #[with(COLOUR_BITS)]
@@ -158,7 +159,7 @@ impl Block for Front {
             status: Status {
                 phase: sequencer.phase,
                 ready: sequencer.open && depth_test.ready,
-                replay: sequencer.replay,
+                replay: false,
                 image: display.image,
                 shows: display.busy,
             },

@@ -8,7 +8,7 @@
 //!  busy <-----+---------+
 //! ```
 //! One pixel a cycle, row by row from the top left; the first is offered three cycles after `start`. It
-//! stalls with its receiver and loses nothing.
+//! stalls with its receiver and loses nothing. Where the next frame covers every pixel, the bank stays as it is.
 
 use pellucid_machine::pixel::{COLOUR_BITS, Screen};
 use pellucid_sim::Block;
@@ -16,6 +16,22 @@ use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct Scanout;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// Pixels are wiped as they are shown.
+    pub wipes: bool,
+}
+
+impl Config {
+    /// Bits of a pixel that is wiped, 0 if none are.
+    fn wipe_bits(&self) -> u32 {
+        if self.wipes { self.screen.pixel_bits() } else { 0 }
+    }
+}
 
 /// What it is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Signals)]
@@ -30,15 +46,14 @@ pub enum Fsm {
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct State {
     /// What it is at.
     pub fsm: Fsm,
     /// The next pixel to read.
-    #[width(cfg.pixel_bits())]
+    #[width(cfg.screen.pixel_bits())]
     pub pixel: u32,
     /// The pixel whose colour was asked for: it arrives now and is wiped now.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.wipe_bits())]
     pub asked: Stream<u32>,
     /// Colours on their way out.
     #[with(QUEUE_DEPTH)]
@@ -49,7 +64,6 @@ const QUEUE_DEPTH: u32 = 3;
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct In {
     /// A frame is in the back bank from the next cycle on. Only while not `busy`.
     pub start: bool,
@@ -62,7 +76,6 @@ pub struct In {
 
 /// Outputs of registers.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct Moore {
     /// The colours, `0xRRGGBB`.
     #[with(COLOUR_BITS)]
@@ -73,13 +86,12 @@ pub struct Moore {
 
 /// Outputs. The default is what the unit shows while it is not clocked.
 #[derive(Clone, Copy, Debug, Default, Signals)]
-#[signals(Screen)]
 pub struct Out {
     /// Reads a colour of the back bank.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub read: ReadPort,
     /// Wipes a pixel of the back bank.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.wipe_bits())]
     pub wipe: Stream<u32>,
 }
 
@@ -96,33 +108,36 @@ fn queue() -> fifo::Config<u32> {
     fifo::Config { depth: QUEUE_DEPTH, item: COLOUR_BITS }
 }
 
-#[rtl(check(Scanout, crate::test_util::screen(3, 2)))]
+#[rtl(
+    check(Scanout, Config { screen: crate::test_util::screen(3, 2), wipes: true }),
+    check(Scanout, Config { screen: crate::test_util::screen(3, 2), wipes: false })
+)]
 impl Block for Scanout {
-    type Config = Screen;
+    type Config = Config;
     type State = State;
     type In = In;
     type Moore = Moore;
     type Out = Out;
     type Mem = Mem;
 
-    fn reset(cfg: &Screen) -> State {
-        cfg.check();
+    fn reset(cfg: &Config) -> State {
+        cfg.screen.check();
         let queue = Queue::reset(&queue());
         State { fsm: Fsm::Idle, pixel: 0, asked: Stream::idle(), queue }
     }
 
-    fn memories(_: &Screen) -> Mem {
+    fn memories(_: &Config) -> Mem {
         Mem { queue: Queue::memories(&queue()) }
     }
 
     #[inline(always)]
-    fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
+    fn moore(_: &Config, q: &State, m: &Self::Mem) -> Moore {
         let image = Queue::moore(&queue(), &q.queue, &m.queue).front;
         Moore { image, busy: q.fsm != Fsm::Idle }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut read = ReadPort::default();
         let queued = Queue::moore(&queue(), &q.queue, &m.queue).count;
         d.asked.valid = false;
@@ -137,8 +152,8 @@ impl Block for Scanout {
                 // What was asked for finds room, and so must what is asked for now.
                 if queued + u32::from(q.asked.valid) < QUEUE_DEPTH {
                     read.read(q.pixel);
-                    d.asked = Stream::offer(q.pixel);
-                    if q.pixel == cfg.pixels() - 1 {
+                    d.asked = Stream::offer(if cfg.wipes { q.pixel } else { 0 });
+                    if q.pixel == cfg.screen.pixels() - 1 {
                         d.fsm = Fsm::Drain;
                     } else {
                         d.pixel = q.pixel + 1;
@@ -154,7 +169,7 @@ impl Block for Scanout {
         let push = Stream { valid: q.asked.valid, payload: i.colour.data };
         let to_queue = fifo::In { push, pop: i.image_ready };
         Queue::next(&queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
-        Out { read, wipe: q.asked }
+        Out { read, wipe: Stream { valid: cfg.wipes && q.asked.valid, payload: q.asked.payload } }
     }
 }
 
@@ -176,8 +191,8 @@ mod tests {
 
     impl Bench {
         fn new(width: u32, height: u32) -> Bench {
-            let cfg = screen(width, height);
-            let wiped = vec![WIPED; cfg.pixels() as usize];
+            let cfg = Config { screen: screen(width, height), wipes: true };
+            let wiped = vec![WIPED; cfg.screen.pixels() as usize];
             let bank = holding(&wiped, COLOUR_BITS, ReadDuringWrite::Forbidden);
             Bench { sim: Sim::new(cfg), bank, cycle: 0 }
         }
@@ -249,7 +264,7 @@ mod tests {
 
     #[test]
     fn without_a_start_nothing_moves() {
-        let mut sim = Sim::<Scanout>::new(screen(2, 2));
+        let mut sim = Sim::<Scanout>::new(Config { screen: screen(2, 2), wipes: true });
         for _ in 0..10 {
             let i = In { start: false, colour: Read::default(), image_ready: true };
             let out = sim.clock(i).unwrap().out;

@@ -4,12 +4,10 @@
 //!                              +-----------+
 //!  fragment comes, its end --->|           |---> phase, open
 //!  stored, resolved ---------->| Sequencer |---> clear (pixel by pixel, after reset)
-//!  again --------------------->|           |---> replay
-//!  busy showing -------------->|           |---> done (banks swap, show)
+//!  again, busy showing ------->|           |---> done (banks swap, show)
 //!                              +-----------+
 //! ```
-//! A machine may ask for a frame again: then the frame's next round is stored. `replay` is high until its
-//! first item comes.
+//! A machine may ask for a frame again: then the frame's next round is stored.
 //!
 //! After reset all pixels are cleared, one a cycle. A frame is stored, then resolved; `done` comes in the
 //! cycle in which it is both complete and free to be shown, and the next frame may come in the cycle after.
@@ -80,8 +78,6 @@ pub struct State {
     pub ended: bool,
     /// The image is complete.
     pub resolved: bool,
-    /// The frame is asked for again.
-    pub replay: bool,
 }
 
 /// Inputs.
@@ -110,8 +106,6 @@ pub struct Moore {
     pub phase: Phase,
     /// Fragments may come.
     pub open: bool,
-    /// What comes next is the same frame again, from its first fragment.
-    pub replay: bool,
     /// The pixel that is cleared.
     #[with(cfg.pixel_bits())]
     pub clear: Stream<u32>,
@@ -135,13 +129,7 @@ impl Block for Sequencer {
 
     fn reset(cfg: &Screen) -> State {
         cfg.check();
-        State {
-            phase: Phase::Clear,
-            clear: Stream::offer(0),
-            ended: false,
-            resolved: false,
-            replay: false,
-        }
+        State { phase: Phase::Clear, clear: Stream::offer(0), ended: false, resolved: false }
     }
 
     fn memories(_: &Screen) {}
@@ -149,7 +137,7 @@ impl Block for Sequencer {
     #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
-        Moore { phase: q.phase, open, replay: q.replay, clear: q.clear }
+        Moore { phase: q.phase, open, clear: q.clear }
     }
 
     #[inline(always)]
@@ -187,7 +175,6 @@ impl Block for Sequencer {
         if i.again {
             d.phase = Phase::Store;
         }
-        d.replay = i.again || (q.replay && !i.comes);
         d.ended = (q.ended || (i.comes && i.end)) && !done && !i.again;
         d.resolved = resolved && !done;
         Out { done }
@@ -218,41 +205,37 @@ mod tests {
         let busy = In { busy: true, ..nothing };
         let resolved = In { resolved: true, ..busy };
         let mut sim = Sim::<Sequencer>::new(screen(2, 1));
-        for (cycle, (i, phase, open, replay, done)) in [
+        for (cycle, (i, phase, open, done)) in [
             // Two pixels are cleared.
-            (nothing, Clear, false, false, false),
-            (nothing, Clear, false, false, false),
-            (nothing, Clear, false, false, false),
-            (nothing, Idle, true, false, false),
-            (comes, Idle, true, false, false),
-            (end, Store, true, false, false),
+            (nothing, Clear, false, false),
+            (nothing, Clear, false, false),
+            (nothing, Clear, false, false),
+            (nothing, Idle, true, false),
+            (comes, Idle, true, false),
+            (end, Store, true, false),
             // What comes after the end waits.
-            (nothing, Store, false, false, false),
-            (stored, Store, false, false, false),
-            (nothing, Resolve, false, false, false),
-            (again, Resolve, false, false, false),
-            // It is asked for until it comes.
-            (nothing, Store, true, true, false),
-            (comes, Store, true, true, false),
-            (nothing, Store, true, false, false),
-            (end, Store, true, false, false),
-            (stored, Store, false, false, false),
-            (resolved, Resolve, false, false, false),
+            (nothing, Store, false, false),
+            (stored, Store, false, false),
+            (nothing, Resolve, false, false),
+            (again, Resolve, false, false),
+            (nothing, Store, true, false),
+            (comes, Store, true, false),
+            (nothing, Store, true, false),
+            (end, Store, true, false),
+            (stored, Store, false, false),
+            (resolved, Resolve, false, false),
             // The image before is still being shown.
-            (busy, Wait, false, false, false),
-            (nothing, Wait, false, false, true),
-            (nothing, Idle, true, false, false),
+            (busy, Wait, false, false),
+            (nothing, Wait, false, true),
+            (nothing, Idle, true, false),
         ]
         .into_iter()
         .enumerate()
         {
             let seen = sim.moore();
             let out = sim.clock(i).unwrap().out;
-            assert_eq!(
-                (seen.phase, seen.open, seen.replay, out.done),
-                (phase, open, replay, done),
-                "in cycle {cycle}"
-            );
+            let seen = (seen.phase, seen.open, out.done);
+            assert_eq!(seen, (phase, open, done), "in cycle {cycle}");
         }
     }
 }

@@ -22,7 +22,7 @@
 //! leaves a cycle.
 
 use crate::blender::Sorted;
-use pellucid_machine::pixel::{Arrived, Marked, Screen, Z_BITS};
+use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Label, Signals, Stream, bits_for, check_range, rtl};
 
@@ -37,8 +37,8 @@ pub const MAX_DEPTH: usize = 64;
 pub struct Config {
     /// K: fragments sorted in one pass, 1..=[`MAX_DEPTH`].
     pub depth: u32,
-    /// The screen.
-    pub screen: Screen,
+    /// Bits of a pixel's number, 0 if its turn tells which it is.
+    pub pixel_bits: u32,
     /// Bits of how many fragments a pixel may have.
     pub layer_bits: u32,
 }
@@ -56,7 +56,7 @@ impl Config {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 pub struct Entry {
     /// Its pixel.
-    #[width(cfg.screen.pixel_bits())]
+    #[width(cfg.pixel_bits)]
     pub pixel: u32,
     /// Its depth.
     #[width(Z_BITS)]
@@ -102,7 +102,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(cfg.screen, 0)]
+    #[with(cfg.pixel_bits, 0)]
     pub arrived: Stream<Marked<Arrived>>,
     /// The receiver takes what is sorted.
     pub sorted_ready: bool,
@@ -114,13 +114,13 @@ pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
     /// What leaves.
-    #[with(cfg.screen)]
+    #[with(cfg.pixel_bits)]
     pub sorted: Stream<Marked<Sorted>>,
 }
 
 #[rtl(
-    check(Sorter, Config { depth: 1, screen: crate::test_util::screen(3, 3), layer_bits: 3 }),
-    check(Sorter, Config { depth: 7, screen: crate::test_util::screen(3, 3), layer_bits: 4 })
+    check(Sorter, Config { depth: 1, pixel_bits: 0, layer_bits: 3 }),
+    check(Sorter, Config { depth: 7, pixel_bits: 4, layer_bits: 4 })
 )]
 impl Block for Sorter {
     type Config = Config;
@@ -161,7 +161,7 @@ impl Block for Sorter {
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         let Moore { ready, sorted } = Self::moore(cfg, q, &());
         let pop = i.sorted_ready && q.closed > 0;
-        if i.sorted_ready && sorted.valid && sorted.payload.end {
+        if i.sorted_ready && sorted.payload.end {
             d.end = false;
         }
         let take = i.arrived.valid && ready;
@@ -195,14 +195,11 @@ impl Block for Sorter {
             };
             let mut placed = false;
             for k in 0..cfg.registers() {
-                let here = if !pop {
-                    q.entries[k as usize]
-                } else if k + 1 < cfg.registers() {
-                    q.entries[k as usize + 1]
-                } else {
-                    Entry::default()
-                };
-                placed |= insert && k >= closed && (k >= count || here.z < item.z);
+                // The last register is free whenever one comes: what it holds behind the others does not matter.
+                let last = k + 1 == cfg.registers();
+                let here =
+                    if pop && !last { q.entries[k as usize + 1] } else { q.entries[k as usize] };
+                placed |= insert && (last || (k >= closed && (k >= count || here.z < item.z)));
                 if placed {
                     d.entries[k as usize] = carry;
                     carry = here;
@@ -219,21 +216,18 @@ impl Block for Sorter {
             d.closed = d.count;
             d.again = !item.last_pass;
             d.came = 0;
-            if d.count > 0 {
-                let newest = (d.count - 1) as usize;
-                if item.last_pass {
-                    // If nothing of the pixel is visible, this is an earlier pixel's last already.
-                    d.entries[newest].last = true;
-                } else {
-                    let z = d.entries[newest].z;
-                    let mut same = if q.again && q.threshold == z { q.left } else { 0 };
-                    // The pixel at hand has come to more than K: nothing of the ones before is left.
-                    for k in 0..cfg.depth {
-                        same += u32::from(k < d.count && d.entries[k as usize].z == z);
-                    }
-                    d.threshold = z;
-                    d.left = same;
+            if !item.last_pass {
+                // More than K of the pixel have come, so that K are in, and nothing of the ones before is left.
+                let z = d.entries[cfg.depth as usize - 1].z;
+                let mut same = if q.again && q.threshold == z { q.left } else { 0 };
+                for k in 0..cfg.depth {
+                    same += u32::from(d.entries[k as usize].z == z);
                 }
+                d.threshold = z;
+                d.left = same;
+            } else if d.count > 0 {
+                // If nothing of the pixel is visible, this is an earlier pixel's last already.
+                d.entries[(d.count - 1) as usize].last = true;
             }
         }
     }

@@ -83,6 +83,18 @@ pub struct List {
     pub last: u32,
 }
 
+/// The items of a position, as they are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Size)]
+pub struct Ahead {
+    /// How many there are.
+    #[width(cfg.count_bits())]
+    pub count: u32,
+    /// The number of the first one, if there is one.
+    #[width(cfg.order_bits())]
+    pub first: u32,
+}
+
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Size)]
@@ -184,7 +196,7 @@ pub struct Mem<T: Signals + Default> {
     pub ahead: <Lists as Block>::Mem,
 }
 
-type Lists = Fifo<List>;
+type Lists = Fifo<Ahead>;
 
 #[rtl(
     state = cfg.size,
@@ -277,12 +289,13 @@ where
         if i.clear.valid {
             m.lists.write(i.clear.payload, List::default());
         }
-        let push = Stream { valid: q.asked.valid, payload: m.lists.q().data };
+        let List { count, first, .. } = m.lists.q().data;
+        let push = Stream { valid: q.asked.valid, payload: Ahead { count, first } };
         let to_ahead = fifo::In { push, pop: i.open };
         Lists::next(&cfg.size.lists(), &q.lists, &mut d.lists, &mut m.ahead, to_ahead);
 
         // The items of a position.
-        let List { count, first, .. } = ahead.front.payload;
+        let Ahead { count, first } = ahead.front.payload;
         let mut reads = Stream::idle();
         let mut left = q.left;
         if i.open {

@@ -13,7 +13,7 @@
 
 use super::config::Distribution;
 use pellucid_machine::pixel::{Marked, Screen};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_sim::{Block, Registers, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
@@ -40,6 +40,7 @@ impl Config {
     pub fn engine_bits(&self) -> u32 {
         bits_for(u64::from(self.engines - 1))
     }
+    /// Whether areas decide.
     fn by_area(&self) -> bool {
         self.distribution == Distribution::Area
     }
@@ -53,10 +54,11 @@ impl Config {
 #[derive(Clone, Debug, Registers)]
 pub struct State {
     /// What came, and goes on to whom it is for.
-    #[with(cfg.screen)]
+    #[with(Format { area: cfg.by_area(), ..Format::whole(cfg.screen) })]
     pub item: Stream<Marked<Primitive>>,
     /// The engine whose turn it is, round robin.
     #[width(cfg.engine_bits())]
+    #[exists(!cfg.by_area())]
     pub turn: u32,
     /// Pixels that each engine has to draw.
     #[width(LOAD_BITS)]
@@ -68,7 +70,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Primitives, then the end of the frame.
-    #[with(cfg.screen)]
+    #[with(Format::whole(cfg.screen))]
     pub primitive: Stream<Marked<Primitive>>,
     /// Who is to have the one that is given takes it.
     pub taken: bool,
@@ -78,7 +80,7 @@ pub struct In {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// A primitive is given, or the end of the frame.
-    #[with(cfg.screen)]
+    #[with(Format::drawn(cfg.screen))]
     pub item: Stream<Marked<Primitive>>,
     /// It is for one of the engines.
     pub to_engine: bool,

@@ -40,7 +40,7 @@ use object_engine::ObjectEngine;
 use pellucid_blocks::sequencer::Phase;
 use pellucid_machine::PrimitiveIn;
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, rtl};
 use std::marker::PhantomData;
 use transparency::Transparency;
@@ -103,7 +103,7 @@ pub struct Out<T: Transparency> {
     /// What the machine is at.
     pub phase: Phase,
     /// Primitives come in, then the end of the frame.
-    #[with(*cfg.screen())]
+    #[with(Format::whole(*cfg.screen()))]
     pub primitive: Handshake<Marked<Primitive>>,
     /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
     #[with(COLOUR_BITS)]

@@ -21,7 +21,7 @@ use super::merging_unit::{self, MergingUnit, Opaque};
 use super::object_engine::{self, Engine};
 use super::raster::{self, Raster};
 use pellucid_machine::pixel::{Marked, Screen, Z_FAR};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_sim::{
     Block, Handshake, Memory, Registers, Signals, Stream, bits_for, check_range, rtl,
 };
@@ -87,7 +87,7 @@ pub struct State<E: Engine> {
 #[signals(Shape)]
 pub struct In {
     /// A primitive for one of the engines, or the end of the frame for all.
-    #[with(*cfg.screen())]
+    #[with(Format::drawn(*cfg.screen()))]
     pub primitive: Stream<Marked<Primitive>>,
     /// Which engine.
     #[width(cfg.engine_bits())]

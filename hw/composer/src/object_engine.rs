@@ -18,7 +18,7 @@ use super::walker::{self, Walker};
 use pellucid_blocks::depth_test::{self, DepthTest};
 use pellucid_blocks::frame_buffer::{self, FrameBuffer};
 use pellucid_machine::pixel::{Marked, Screen};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_sim::{
     Block, Fifo, Memory, Netlist, ReadPort, Registers, Signals, Stream, WritePort, fifo, rtl,
 };
@@ -40,8 +40,8 @@ impl Config {
     fn screen(&self) -> &Screen {
         &self.walker.screen
     }
-    fn queue(&self) -> fifo::Config<Screen> {
-        fifo::Config { depth: self.queue, item: self.walker.screen }
+    fn queue(&self) -> fifo::Config<Format> {
+        fifo::Config { depth: self.queue, item: Format::drawn(self.walker.screen) }
     }
 }
 
@@ -73,7 +73,7 @@ pub struct State {
 #[signals(Screen)]
 pub struct In {
     /// Opaque primitives, then the end of the frame.
-    #[with(*cfg)]
+    #[with(Format::drawn(*cfg))]
     pub primitive: Stream<Marked<Primitive>>,
     /// Reads a pixel of the back bank.
     #[with(cfg.pixel_bits())]

@@ -42,6 +42,10 @@ impl Config {
     fn screen(&self) -> &Screen {
         &self.raster.screen
     }
+    /// A bank is filled before it is shown again.
+    fn scanout(&self) -> scanout::Config {
+        scanout::Config { screen: *self.screen(), wipes: false }
+    }
     fn count_bits(&self) -> u32 {
         bits_for(u64::from(self.engines))
     }
@@ -92,7 +96,7 @@ pub struct State {
     /// The second bank is shown.
     pub second_is_shown: bool,
     /// See [`scanout`].
-    #[with(*cfg.screen())]
+    #[with(cfg.scanout())]
     pub scanout: scanout::State,
 }
 
@@ -161,7 +165,7 @@ impl Block for ScanLines {
             pixel: 0,
             complete: false,
             second_is_shown: false,
-            scanout: Scanout::reset(cfg.screen()),
+            scanout: Scanout::reset(&cfg.scanout()),
         }
     }
 
@@ -172,14 +176,14 @@ impl Block for ScanLines {
             engines: (0..cfg.engines).map(|k| ScanLine::memories(&cfg.engine(k))).collect(),
             first: bank(),
             second: bank(),
-            scanout: Scanout::memories(cfg.screen()),
+            scanout: Scanout::memories(&cfg.scanout()),
         }
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let collect = Raster::moore(&cfg.raster, &q.collect, &());
-        let scanout = Scanout::moore(cfg.screen(), &q.scanout, &m.scanout);
+        let scanout = Scanout::moore(&cfg.scanout(), &q.scanout, &m.scanout);
         let (mut ready, mut sorted) = (true, true);
         for k in 0..cfg.engines {
             let engine =
@@ -267,7 +271,7 @@ impl Block for ScanLines {
         }
 
         // A complete image is shown once the one before has gone out.
-        let scanout = Scanout::moore(cfg.screen(), &q.scanout, &m.scanout);
+        let scanout = Scanout::moore(&cfg.scanout(), &q.scanout, &m.scanout);
         let complete = q.complete || counted.frame_done;
         let show = complete && !scanout.busy;
         d.complete = complete && !show;
@@ -275,7 +279,7 @@ impl Block for ScanLines {
         let colour = if q.second_is_shown { m.second.q() } else { m.first.q() };
         let to_scanout = scanout::In { start: show, colour, image_ready: i.image_ready };
         let shown =
-            Scanout::next(cfg.screen(), &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout);
+            Scanout::next(&cfg.scanout(), &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout);
         if q.second_is_shown {
             m.second.pass_read(shown.read);
         } else {

@@ -22,7 +22,7 @@ use super::transparency::{In, Moore};
 use super::walker::{self, Walker};
 use pellucid_blocks::front::{Phase, Status};
 use pellucid_machine::pixel::{Fragment, Marked, Screen, Z_FAR};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_machine::{FragmentIn, Machine};
 use pellucid_sim::{Block, Label, Memory, Netlist, Registers, Signals, Stream, rtl};
 use std::marker::PhantomData;
@@ -51,8 +51,8 @@ impl<C> Config<C> {
     fn screen(&self) -> &Screen {
         &self.walker.screen
     }
-    fn buffer(&self) -> double_buffer::Config<Screen> {
-        double_buffer::Config { capacity: self.primitives, item: *self.screen() }
+    fn buffer(&self) -> double_buffer::Config<Format> {
+        double_buffer::Config { capacity: self.primitives, item: Format::drawn(*self.screen()) }
     }
 }
 
@@ -97,7 +97,7 @@ pub struct State<M: FragmentStore> {
 #[signals(Config<M::Config>)]
 pub struct Out<M: FragmentStore> {
     /// A primitive for which there is no place.
-    #[with(*cfg.screen())]
+    #[with(Format::drawn(*cfg.screen()))]
     pub lost: Stream<Primitive>,
     /// What can be seen of the store.
     #[with(cfg.store)]

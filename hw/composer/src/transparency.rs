@@ -3,7 +3,7 @@
 
 use super::merging_unit::Opaque;
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
-use pellucid_machine::primitive::Primitive;
+use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_machine::{Arithmetic, Census, Check, Tally};
 use pellucid_sim::{Handshake, Netlist, Registers, Signals, StorageInfo, Stream, Violation, Wait};
 
@@ -54,7 +54,7 @@ pub trait Watch<T: Transparency>: Sized {
 #[signals(Screen)]
 pub struct In {
     /// Transparent primitives, then the end of the frame.
-    #[with(*cfg)]
+    #[with(Format::drawn(*cfg))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The frame whose primitives came is composed from now on, and the next one may come. Only while
     /// `sorted` and not `busy`.

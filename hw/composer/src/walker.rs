@@ -13,7 +13,7 @@
 
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::primitive::{
-    Attributes, Primitive, Span, colour, depth, next_row, plus, span, times,
+    Attributes, Format, Primitive, Span, colour, depth, next_row, plus, span, times,
 };
 use pellucid_sim::{Block, Label, Signals, Stream, bits_for, check_range, rtl};
 
@@ -67,13 +67,13 @@ pub struct Walk {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// The primitive that is being set up.
-    #[with(cfg.screen)]
+    #[with(Format::drawn(cfg.screen))]
     pub next: Stream<Marked<Primitive>>,
     /// Cycles that its set-up still takes.
     #[width(cfg.set_up_bits())]
     pub set_up: u32,
     /// The primitive at hand, from the row after the present one on, if there is one.
-    #[with(cfg.screen)]
+    #[with(Format::drawn(cfg.screen))]
     pub rows: Stream<Primitive>,
     /// The fragment at hand, or the end of the frame.
     #[with(cfg.screen)]
@@ -87,7 +87,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Primitives, then the end of the frame.
-    #[with(cfg.screen)]
+    #[with(Format::drawn(cfg.screen))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The receiver takes a fragment.
     pub fragment_ready: bool,

@@ -1,7 +1,7 @@
 //! What frames are made of, and how a machine is sent it.
 
 use crate::pixel::{Fragment, MAX_SIDE, Marked, Screen};
-use crate::primitive::{Primitive, span};
+use crate::primitive::{Format, Primitive, span};
 use pellucid_sim::{Label, Signals, Stream};
 
 /// What a frame is made of.
@@ -72,7 +72,7 @@ pub struct FragmentIn {
 #[signals(Screen)]
 pub struct PrimitiveIn {
     /// A frame's primitives in arrival order, then its end.
-    #[with(*cfg)]
+    #[with(Format::whole(*cfg))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The display takes a pixel.
     pub image_ready: bool,

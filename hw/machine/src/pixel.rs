@@ -91,12 +91,13 @@ pub struct PixelFragment {
     pub label: Label,
 }
 
-/// A fragment as it is read back from storage. Its widths depend on the screen and on the bits of its weight.
+/// A fragment as it is read back from storage. Its widths depend on the bits of a pixel's number and of its weight, which
+/// are 0 where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-#[signals((Screen, u32))]
+#[signals((u32, u32))]
 pub struct Arrived {
     /// Its pixel.
-    #[width(cfg.0.pixel_bits())]
+    #[width(cfg.0)]
     pub pixel: u32,
     /// Its depth.
     #[width(Z_BITS)]

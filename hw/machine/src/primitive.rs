@@ -83,15 +83,41 @@ pub struct Attributes {
     pub alpha: u32,
 }
 
+/// What hardware has of a primitive, and on which screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// The screen.
+    pub screen: Screen,
+    /// Whether it is opaque.
+    pub opaque: bool,
+    /// How many pixels it has.
+    pub area: bool,
+}
+
+impl Format {
+    /// Everything.
+    pub fn whole(screen: Screen) -> Format {
+        Format { screen, opaque: true, area: true }
+    }
+    /// What it takes to draw it.
+    pub fn drawn(screen: Screen) -> Format {
+        Format { area: false, ..Format::whole(screen) }
+    }
+    /// What it takes to draw one that is known to be transparent.
+    pub fn transparent(screen: Screen) -> Format {
+        Format { opaque: false, ..Format::drawn(screen) }
+    }
+}
+
 /// A triangle, from one of its rows on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-#[signals(Screen)]
+#[signals(Format)]
 pub struct Primitive {
     /// The row.
-    #[width(cfg.y_bits())]
+    #[width(cfg.screen.y_bits())]
     pub row: u32,
     /// Its last row, not before `row`.
-    #[width(cfg.y_bits())]
+    #[width(cfg.screen.y_bits())]
     pub last_row: u32,
     /// Its edges in the row.
     pub edges: [Edge; 3],
@@ -102,9 +128,11 @@ pub struct Primitive {
     /// What that gains with each row.
     pub per_row: Attributes,
     /// All of it hides what lies behind it.
+    #[exists(cfg.opaque)]
     pub opaque: bool,
     /// How many pixels it has, about.
-    #[width(cfg.pixel_bits())]
+    #[width(cfg.screen.pixel_bits())]
+    #[exists(cfg.area)]
     pub area: u32,
     /// Which primitive it is, in waveforms.
     pub label: Label,
@@ -168,14 +196,22 @@ pub fn below(edge: Edge) -> Edge {
     below
 }
 
-/// A primitive from its next row on, if it has one.
+/// A primitive with what it has in the row below: its rows are as they were.
 #[inline(always)]
 #[rtl]
-pub fn next_row(primitive: Primitive) -> Primitive {
+pub fn moved_down(primitive: Primitive) -> Primitive {
     let mut next = primitive;
     let [a, b, c] = primitive.edges;
     next.edges = [below(a), below(b), below(c)];
     next.at = plus(primitive.at, primitive.per_row);
+    next
+}
+
+/// A primitive from its next row on, if it has one.
+#[inline(always)]
+#[rtl]
+pub fn next_row(primitive: Primitive) -> Primitive {
+    let mut next = moved_down(primitive);
     if primitive.row < primitive.last_row {
         next.row = primitive.row + 1;
     }

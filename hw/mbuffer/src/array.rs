@@ -139,7 +139,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Fragments of one pixel after the other, then the end of the frame; always taken.
-    #[with(cfg.screen, 0)]
+    #[with(cfg.screen.pixel_bits(), 0)]
     pub arrived: Stream<Marked<Arrived>>,
 }
 
@@ -277,6 +277,7 @@ impl Block for Array {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sum::Weighted;
     use crate::test_util::{Pattern, Source, pattern, screen};
     use pellucid_sim::Sim;
     use proptest::prelude::*;
@@ -345,7 +346,8 @@ mod tests {
             }
             if valid {
                 assert_eq!(item.pixel as usize, all.len());
-                for (sum, part) in sums.iter_mut().zip([item.r, item.g, item.b, item.weight]) {
+                let Weighted { r, g, b, weight } = item.sum;
+                for (sum, part) in sums.iter_mut().zip([r, g, b, weight]) {
                     *sum += u64::from(part);
                 }
                 if item.last {

@@ -22,11 +22,8 @@ const SUM_BITS: u32 = WEIGHT_BITS + 8;
 
 /// What some fragments of a pixel add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-#[signals(Screen)]
-pub struct Term {
-    /// The pixel.
-    #[width(cfg.pixel_bits())]
-    pub pixel: u32,
+#[signals(())]
+pub struct Weighted {
     /// Sum of weight times red.
     #[width(SUM_BITS)]
     pub r: u32,
@@ -39,21 +36,50 @@ pub struct Term {
     /// Sum of the weights, at most one.
     #[width(WEIGHT_BITS + 1)]
     pub weight: u32,
+}
+
+/// A part of a pixel's weighted sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Term {
+    /// The pixel.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// What it adds.
+    pub sum: Weighted,
     /// The pixel's last term.
     pub last: bool,
+}
+
+/// A pixel's weighted sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Total {
+    /// The pixel.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// What its fragments add up to.
+    pub sum: Weighted,
 }
 
 /// A term with a further fragment of colour `0xRRGGBBAA`.
 #[inline(always)]
 #[rtl]
 pub fn plus(term: Term, rgba: u32, weight: u32) -> Term {
-    Term {
-        r: term.r + weight * (rgba >> 24),
-        g: term.g + weight * (rgba >> 16 & 0xff),
-        b: term.b + weight * (rgba >> 8 & 0xff),
-        weight: term.weight + weight,
-        ..term
-    }
+    let more = Weighted {
+        r: weight * (rgba >> 24),
+        g: weight * (rgba >> 16 & 0xff),
+        b: weight * (rgba >> 8 & 0xff),
+        weight,
+    };
+    Term { sum: both(term.sum, more), ..term }
+}
+
+/// What two parts of a pixel's fragments add up to.
+#[inline(always)]
+#[rtl]
+fn both(a: Weighted, b: Weighted) -> Weighted {
+    Weighted { r: a.r + b.r, g: a.g + b.g, b: a.b + b.b, weight: a.weight + b.weight }
 }
 
 /// A channel of a colour: what the fragments add up to, and the rest of the weight for what is below.
@@ -68,11 +94,10 @@ fn channel(sum: u32, weight: u32, below: u32) -> u32 {
 #[signals(Screen)]
 pub struct State {
     /// What the pixel's terms add up to so far.
-    #[with(*cfg)]
-    pub so_far: Term,
+    pub so_far: Weighted,
     /// The pixel that is to be written.
     #[with(*cfg)]
-    pub stage: Stream<Marked<Term>>,
+    pub stage: Stream<Marked<Total>>,
 }
 
 /// Inputs.
@@ -111,7 +136,7 @@ impl Block for Sum {
     type Mem = ();
 
     fn reset(_: &Screen) -> State {
-        State { so_far: Term::default(), stage: Stream::idle() }
+        State { so_far: Weighted::default(), stage: Stream::idle() }
     }
 
     fn memories(_: &Screen) {}
@@ -123,34 +148,27 @@ impl Block for Sum {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 
         // Second stage: the colour below is at hand.
-        let Marked { end, item: all } = q.stage.payload;
+        let Marked { end, item: Total { pixel, sum: all } } = q.stage.payload;
         if q.stage.valid && !end {
             let below = i.colour.data;
             let r = channel(all.r, all.weight, below >> 16);
             let g = channel(all.g, all.weight, below >> 8 & 0xff);
             let b = channel(all.b, all.weight, below & 0xff);
-            colour_write.write(all.pixel, r << 16 | g << 8 | b);
+            colour_write.write(pixel, r << 16 | g << 8 | b);
         }
 
         // First stage: a pixel's last term asks for it.
         d.stage = Stream::idle();
-        let term = i.term.payload.item;
-        if i.term.valid && i.term.payload.end {
-            d.stage = i.term;
+        let Marked { end: ends, item: Term { pixel, sum, last } } = i.term.payload;
+        if i.term.valid && ends {
+            d.stage = Stream::offer(Marked::end());
         } else if i.term.valid {
-            let all = Term {
-                pixel: term.pixel,
-                r: q.so_far.r + term.r,
-                g: q.so_far.g + term.g,
-                b: q.so_far.b + term.b,
-                weight: q.so_far.weight + term.weight,
-                last: term.last,
-            };
+            let all = both(q.so_far, sum);
             d.so_far = all;
-            if term.last {
-                d.so_far = Term::default();
-                d.stage = Stream::offer(Marked::item(all));
-                colour_read.read(term.pixel);
+            if last {
+                d.so_far = Weighted::default();
+                d.stage = Stream::offer(Marked::item(Total { pixel, sum: all }));
+                colour_read.read(pixel);
             }
         }
         let frame_done = q.stage.valid && end;

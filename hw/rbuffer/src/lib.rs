@@ -56,6 +56,9 @@ pub struct State {
     #[with(cfg.screen)]
     #[block(Front)]
     pub front: front::State,
+    /// The frame is asked for again, until its first item comes.
+    #[exists(cfg.replay)]
+    pub replay: bool,
     /// See [`rounds`].
     #[with(*cfg)]
     #[exists(cfg.replay)]
@@ -74,7 +77,7 @@ pub struct State {
     #[block(Passes)]
     pub passes: passes::State,
     /// See [`blender`].
-    #[with(cfg.screen)]
+    #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
 }
@@ -117,7 +120,7 @@ pub struct Out {
     #[with(cfg.screen)]
     pub pushed: Handshake<PixelFragment>,
     /// Fragments in each pixel's blending order.
-    #[with(cfg.screen)]
+    #[with(cfg.screen.pixel_bits())]
     pub picked: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
@@ -173,7 +176,8 @@ impl Block for RBuffer {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        Front::moore(&cfg.screen, &q.front, &m.front).status
+        let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
+        Status { replay: cfg.replay && q.replay, ..front }
     }
 
     #[inline(always)]
@@ -246,7 +250,7 @@ impl Block for RBuffer {
         let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
         let blend = if resolving {
             let to_blender = blender::In { sorted: picked, colour: front.colour };
-            Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
+            Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
         };
@@ -262,13 +266,17 @@ impl Block for RBuffer {
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
         };
+        if cfg.replay {
+            let comes = i.fragment.valid && front.status.ready;
+            d.replay = rounds.replay || (q.replay && !comes);
+        }
         let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
 
         Out {
             phase: done.phase,
             fragment: i.fragment.with(front.status.ready),
             image: front.status.image.with(i.image_ready),
-            replay: front.status.replay,
+            replay: cfg.replay && q.replay,
             passed: front.passed.with(selector_ready),
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),

@@ -112,7 +112,7 @@ pub struct Out {
     #[with(cfg.screen)]
     pub pushed: Stream<PixelFragment>,
     /// What is blended next at its pixel.
-    #[with(cfg.screen)]
+    #[with(cfg.screen.pixel_bits())]
     pub picked: Stream<Marked<Sorted>>,
     /// The end has come through, and everything before it is in the queue.
     pub ended: bool,

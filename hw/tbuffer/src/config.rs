@@ -95,8 +95,11 @@ impl Config {
             allocator: params.allocator,
         };
         let chains = chains::Config::new(screen, shape);
-        let sorter =
-            sorter::Config { depth: params.sorter_depth, screen, layer_bits: chains.layer_bits() };
+        let sorter = sorter::Config {
+            depth: params.sorter_depth,
+            pixel_bits: screen.pixel_bits(),
+            layer_bits: chains.layer_bits(),
+        };
         Ok(Config { screen, params, chains, sorter })
     }
 }

@@ -55,7 +55,7 @@ pub struct State<A: Allocator> {
     #[block(Sorter)]
     pub sorter: sorter::State,
     /// See [`blender`].
-    #[with(cfg.screen)]
+    #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
 }
@@ -90,7 +90,7 @@ pub struct Out {
     #[with(cfg.chains)]
     pub chains: chains::Wires,
     /// Fragments in blending order.
-    #[with(cfg.screen)]
+    #[with(cfg.screen.pixel_bits())]
     pub sorted: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
@@ -149,7 +149,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             let to_sorter = sorter::In { arrived: stored.arrived, sorted_ready: true };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
             let to_blender = blender::In { sorted: sorter.sorted, colour: front.colour };
-            Blender::next(screen, &q.blender, &mut d.blender, &mut (), to_blender)
+            Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
         };

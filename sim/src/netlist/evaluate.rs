@@ -8,7 +8,7 @@ use std::collections::{HashMap, VecDeque};
 
 /// An operation on earlier ones, by number.
 #[derive(Clone, Copy, Debug)]
-enum Flat {
+pub(super) enum Flat {
     Const(u64),
     Input(usize),
     Register(usize),
@@ -21,28 +21,28 @@ enum Flat {
     TrailingZeros(usize, u32),
 }
 
-struct Register {
+pub(super) struct Register {
     value: u64,
     reset: u64,
     width: u32,
-    next: usize,
-    enable: usize,
+    pub next: usize,
+    pub enable: usize,
 }
 
 /// What a memory is asked, by number of operation.
-struct Port {
-    read: usize,
-    read_addr: usize,
-    write: usize,
-    write_addr: usize,
-    data: Vec<usize>,
+pub(super) struct Port {
+    pub read: usize,
+    pub read_addr: usize,
+    pub write: usize,
+    pub write_addr: usize,
+    pub data: Vec<usize>,
 }
 
-struct Ram {
+pub(super) struct Ram {
     info: StorageInfo,
-    widths: Vec<u32>,
+    pub widths: Vec<u32>,
     words: HashMap<u64, Vec<u64>>,
-    port: Port,
+    pub port: Port,
     /// What the last read gave.
     held: Vec<u64>,
     /// What is under way: `latency` entries, the oldest is shown.
@@ -61,9 +61,9 @@ pub struct Evaluator {
 }
 
 /// A module on its way to being dissolved.
-struct Place<'a> {
-    module: &'a Module,
-    path: String,
+pub(super) struct Place<'a> {
+    pub module: &'a Module,
+    pub path: String,
     parent: Option<(usize, &'a Instance)>,
     children: Vec<usize>,
     done: Vec<Option<usize>>,
@@ -71,14 +71,23 @@ struct Place<'a> {
     rams: usize,
 }
 
-struct Dissolve<'a> {
-    places: Vec<Place<'a>>,
-    ops: Vec<(Flat, u32)>,
+/// A module whose children are being dissolved.
+pub(super) struct Dissolve<'a> {
+    pub places: Vec<Place<'a>>,
+    pub ops: Vec<(Flat, u32)>,
     registers: usize,
     rams: usize,
 }
 
 impl<'a> Dissolve<'a> {
+    /// What drives the outputs of a module, and what these depend on in the same cycle.
+    pub fn of(module: &'a Module) -> (Dissolve<'a>, Vec<usize>) {
+        let mut dissolve = Dissolve { places: vec![], ops: vec![], registers: 0, rams: 0 };
+        let top = dissolve.enter(module, String::new(), None);
+        let outputs = (0..module.driven.len()).map(|k| dissolve.output(top, k)).collect();
+        (dissolve, outputs)
+    }
+
     fn enter(
         &mut self,
         module: &'a Module,
@@ -172,7 +181,7 @@ impl<'a> Dissolve<'a> {
         done
     }
 
-    fn registers_of(&mut self, at: usize) -> Vec<Register> {
+    pub fn registers_of(&mut self, at: usize) -> Vec<Register> {
         let module = self.places[at].module;
         let enable = self.enable(at);
         let mut registers = vec![];
@@ -189,7 +198,7 @@ impl<'a> Dissolve<'a> {
         registers
     }
 
-    fn rams_of(&mut self, at: usize) -> Vec<Ram> {
+    pub fn rams_of(&mut self, at: usize) -> Vec<Ram> {
         let module = self.places[at].module;
         let enable = self.enable(at);
         let mut rams = vec![];
@@ -234,9 +243,7 @@ impl<'a> Dissolve<'a> {
 impl Evaluator {
     /// The module at power-up, in reset.
     pub fn new(module: &Module) -> Evaluator {
-        let mut dissolve = Dissolve { places: vec![], ops: vec![], registers: 0, rams: 0 };
-        let top = dissolve.enter(module, String::new(), None);
-        let outputs = (0..module.driven.len()).map(|k| dissolve.output(top, k)).collect();
+        let (mut dissolve, outputs) = Dissolve::of(module);
         let (mut registers, mut rams, mut paths) = (vec![], vec![], HashMap::new());
         for at in 0..dissolve.places.len() {
             for (k, r) in dissolve.places[at].module.registers.iter().enumerate() {

@@ -14,6 +14,7 @@
 //! | [`module`] | a block's ports, registers, memories and children |
 //! | [`mod@elaborate`] | from a block to its module |
 //! | [`mod@evaluate`] | runs a module |
+//! | [`reach`] | what of a module has an effect that can be seen from outside |
 //! | [`check`] | holds a module to the native source on random inputs |
 
 pub mod check;
@@ -21,6 +22,7 @@ pub mod elaborate;
 pub mod evaluate;
 pub mod module;
 pub mod node;
+pub mod reach;
 pub mod shape;
 pub mod twin;
 pub mod value;
@@ -30,5 +32,6 @@ pub use elaborate::{Netlist, Numbers, elaborate, elaborate_alone};
 pub use evaluate::Evaluator;
 pub use module::{Ask, Instance, Module, Ram, Register};
 pub use node::{Binary, Driver, Graph, Node, Op, Type};
+pub use reach::without_effect;
 pub use shape::{Leaf, Shape};
 pub use value::{Lift, Step, Value};

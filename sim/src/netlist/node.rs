@@ -350,6 +350,13 @@ impl Node {
     }
     /// `self ^ other`, of flags or of bits.
     pub fn xor(self, other: Node) -> Node {
+        for (a, b) in [(self, other), (other, self)] {
+            match a.known() {
+                Some(0) => return b,
+                Some(1) if b.ty() == Type::Flag => return b.inverted(),
+                _ => {}
+            }
+        }
         let width = self.width().max(other.width());
         Node::binary(Binary::Xor, self, other, width, self.ty().with(other.ty()))
     }

@@ -35,7 +35,7 @@ fn flip_flops(module: &Module) -> u64 {
 const SCREEN: Screen = Screen { width: 64, height: 48, background: 0 };
 
 fn sorter(depth: u32) -> sorter::Config {
-    sorter::Config { depth, layer_bits: 8, screen: SCREEN }
+    sorter::Config { depth, layer_bits: 8, pixel_bits: SCREEN.pixel_bits() }
 }
 
 fn chains(sections: u32, outside_sections: u32) -> chains::Config {

@@ -6,9 +6,9 @@
 
 use crate::reference::{Judged, LONG, Long, Reference};
 use pellucid_blocks::blender::{In, Out, Sorted};
-use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
+use pellucid_machine::pixel::{COLOUR_BITS, Marked};
 use pellucid_sim::{
-    Block, Fault, Label, Memory, Ram1R1W, ReadDuringWrite, Registers, Storage, Stream,
+    Block, Fault, Label, Memory, Ram1R1W, ReadDuringWrite, Registers, Storage, Stream, bits_for,
 };
 use proptest::prelude::*;
 use std::fmt;
@@ -17,12 +17,12 @@ use std::ops::Range;
 
 /// What can be tested: a block with the ports of [`pellucid_blocks::blender::Blender`].
 pub trait Blends:
-    Block<Config = Screen, State: Registers<Config = Screen>, In = In, Moore = (), Out = Out> + 'static
+    Block<Config = u32, State: Registers<Config = u32>, In = In, Moore = (), Out = Out> + 'static
 {
 }
 
 impl<B> Blends for B where
-    B: Block<Config = Screen, State: Registers<Config = Screen>, In = In, Moore = (), Out = Out>
+    B: Block<Config = u32, State: Registers<Config = u32>, In = In, Moore = (), Out = Out>
         + 'static
 {
 }
@@ -146,7 +146,7 @@ fn frames(number: Range<usize>) -> BoxedStrategy<Setup> {
 
 impl<B: Blends> Reference for Model<B> {
     type Block = B;
-    type Config = Screen;
+    type Config = u32;
     type Setup = Setup;
     type Step = Step;
     type Property = Property;
@@ -174,8 +174,8 @@ impl<B: Blends> Reference for Model<B> {
         let below: Vec<String> = setup.below.iter().map(|colour| format!("{colour:06x}")).collect();
         format!("opaque colours {}", below.join(" "))
     }
-    fn config(_: &Setup) -> Screen {
-        Screen { width: PIXELS, height: 1, background: 0 }
+    fn config(_: &Setup) -> u32 {
+        bits_for(u64::from(PIXELS - 1))
     }
     fn new(Setup { below, frames }: &Setup) -> Model<B> {
         let mut colours = Ram1R1W::new(PIXELS, COLOUR_BITS, 1, ReadDuringWrite::Forbidden);

@@ -8,8 +8,8 @@ use crate::reference::{Judged, Long, Reference};
 use crate::stream::{Step, StreamDriver};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::sorter::{Config, In, MAX_DEPTH, Moore};
-use pellucid_machine::pixel::{Arrived, Marked, Screen};
-use pellucid_sim::{Block, Fault, Label, Registers, Stream};
+use pellucid_machine::pixel::{Arrived, Marked};
+use pellucid_sim::{Block, Fault, Label, Registers, Stream, bits_for};
 use proptest::prelude::*;
 use std::cmp::Reverse;
 use std::fmt;
@@ -298,8 +298,8 @@ impl<S: Sorts> Reference for Model<S> {
         setup.to_string()
     }
     fn config(setup: &Setup) -> Config {
-        let screen = Screen { width: PIXELS, height: 1, background: 0 };
-        Config { depth: setup.depth, screen, layer_bits: LAYER_BITS }
+        let pixel_bits = bits_for(u64::from(PIXELS - 1));
+        Config { depth: setup.depth, pixel_bits, layer_bits: LAYER_BITS }
     }
     fn new(setup: &Setup) -> Model<S> {
         let (due, complete, sorter) = (vec![], vec![], PhantomData);

@@ -123,7 +123,7 @@ pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(cfg.screen, cfg.shape.weight_bits)]
+    #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
 }
 
@@ -158,7 +158,7 @@ pub struct Wires {
     #[with(*cfg)]
     pub chain: Handshake<Marked<Chain>>,
     /// Fragments that were read back.
-    #[with(cfg.screen, cfg.shape.weight_bits)]
+    #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Handshake<Marked<Arrived>>,
     /// What happened.
     pub events: Events,

@@ -90,7 +90,7 @@ pub struct In {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Moore {
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(cfg.screen, cfg.shape.weight_bits)]
+    #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
     /// No section is on its way back.
     pub released: bool,

@@ -22,7 +22,7 @@ use super::config::{Config, Passes};
 use super::lookup::Chain;
 use super::release;
 use super::tables::{NsaEntry, Place, Word};
-use pellucid_machine::pixel::{Arrived, Marked, Screen, Z_BITS};
+use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo, rtl};
 
@@ -71,6 +71,7 @@ pub struct State {
     pub place: Place,
     /// Its position in the chain.
     #[width(cfg.layer_bits())]
+    #[exists(!cfg.one_pass())]
     pub position: u32,
     /// The pixel is read again.
     pub again: bool,
@@ -84,11 +85,13 @@ pub struct State {
     pub arrived: fifo::State,
     /// Visible fragments of the pixel in its first pass so far.
     #[width(cfg.layer_bits())]
+    #[exists(!cfg.one_pass())]
     pub visible: u32,
     /// Visible fragments that are left for further passes.
     #[width(cfg.layer_bits())]
     pub left: u32,
     /// The fragments of the pass are loaded: it is read to compare them with all.
+    #[exists(cfg.loads())]
     pub loaded: bool,
 }
 
@@ -118,7 +121,7 @@ pub struct Moore {
     /// A chain is taken.
     pub ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
-    #[with(cfg.screen, cfg.shape.weight_bits)]
+    #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
 }
 
@@ -163,11 +166,16 @@ fn chains(cfg: &Config) -> fifo::Config<Config> {
 fn pendings(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: cfg.shape.reads_in_flight, item: *cfg }
 }
-fn arrivals(cfg: &Config) -> fifo::Config<(Screen, u32)> {
-    fifo::Config { depth: cfg.shape.reads_in_flight, item: (cfg.screen, cfg.shape.weight_bits) }
+fn arrivals(cfg: &Config) -> fifo::Config<(u32, u32)> {
+    let item = (cfg.screen.pixel_bits(), cfg.shape.weight_bits);
+    fifo::Config { depth: cfg.shape.reads_in_flight, item }
 }
 
 impl Config {
+    /// Whether every pixel is read just once.
+    pub fn one_pass(&self) -> bool {
+        self.shape.passes == Passes::One
+    }
     /// Visible fragments that one pass takes, 0 if there is but one pass.
     pub fn pass_depth(&self) -> u32 {
         match self.shape.passes {
@@ -239,7 +247,7 @@ impl Block for ChainReader {
             culled: false,
         };
         let depth = cfg.pass_depth();
-        let once = cfg.shape.passes == Passes::One;
+        let once = cfg.one_pass();
 
         // An answer comes back: the oldest read under way learns its fragment.
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);

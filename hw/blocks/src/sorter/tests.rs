@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_util::{Pattern, Source, pattern, screen};
+use crate::test_util::{Pattern, Source, pattern};
 use pellucid_sim::{Label, Sim, StreamMonitor};
 use proptest::prelude::*;
 
@@ -70,7 +70,11 @@ fn play(
     starts: Pattern,
     ready: &Pattern,
 ) -> Vec<(u64, Marked<Sorted>)> {
-    let cfg = Config { depth, screen: screen(PIXELS, 1), layer_bits: bits_for(LAYERS.into()) };
+    let cfg = Config {
+        depth,
+        pixel_bits: bits_for((PIXELS - 1).into()),
+        layer_bits: bits_for(LAYERS.into()),
+    };
     let mut sim = Sim::<Sorter>::new(cfg);
     let mut source = Source::new(frames.concat(), starts);
     let mut monitor = StreamMonitor::new("sorted", "Sorter", "test");
@@ -229,5 +233,5 @@ proptest! {
 #[test]
 #[should_panic(expected = "the depth of a sorter is 65: expected 1 to 64")]
 fn a_depth_beyond_its_registers_is_none() {
-    Sorter::reset(&Config { depth: 65, screen: screen(3, 3), layer_bits: 4 });
+    Sorter::reset(&Config { depth: 65, pixel_bits: 4, layer_bits: 4 });
 }

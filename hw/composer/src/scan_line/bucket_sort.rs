@@ -13,7 +13,9 @@
 
 use crate::buckets::{self, Insert};
 use pellucid_machine::pixel::{Marked, Screen};
-use pellucid_machine::primitive::{Edge, Primitive, below, next_row, times};
+use pellucid_machine::primitive::{
+    BOUND_BITS, Edge, Format, HEIGHT_BITS, Primitive, below, moved_down, times,
+};
 use pellucid_sim::{Block, Signals, Stream, bits_for, check_range, rtl};
 
 /// See the module's description.
@@ -42,9 +44,9 @@ impl Config {
         (self.screen.height - self.index).div_ceil(self.engines)
     }
     /// The buckets.
-    pub fn buckets(&self) -> buckets::Config<Screen> {
+    pub fn buckets(&self) -> buckets::Config<Format> {
         let size = buckets::Size { positions: self.lines(), capacity: self.capacity };
-        buckets::Config { size, item: self.screen }
+        buckets::Config { size, item: Format::transparent(self.screen) }
     }
     fn reciprocal(&self) -> u64 {
         (1 << RECIPROCAL_BITS) / u64::from(self.engines) + 1
@@ -61,25 +63,31 @@ fn quotient(row: u32, reciprocal: u64) -> u32 {
     ((u64::from(row) * reciprocal) >> RECIPROCAL_BITS) as u32
 }
 
+/// What an edge gains from line to line.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(())]
+pub struct Gain {
+    /// Its bound.
+    #[width(BOUND_BITS)]
+    pub bound: u64,
+    /// The remainder of it.
+    #[width(HEIGHT_BITS)]
+    pub rest: u32,
+}
+
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
-    /// The primitive at hand, moved on as far as it is.
-    #[with(cfg.screen)]
+    /// The primitive at hand, moved on as far as it is: its rows are the engine's lines.
+    #[with(Format::transparent(cfg.screen))]
     pub primitive: Stream<Primitive>,
     /// It has a line.
     pub there: bool,
-    /// Its first line.
-    #[width(cfg.screen.y_bits())]
-    pub first: u32,
-    /// Its last line.
-    #[width(cfg.screen.y_bits())]
-    pub last: u32,
     /// Rows that it is still to be moved on by.
     #[width(cfg.step_bits())]
     pub rows: u32,
-    /// What its edges gain, so far, from line to line: as their bounds and rests.
-    pub gain: [Edge; 3],
+    /// What its edges gain, as far as it is added up.
+    pub gain: [Gain; 3],
     /// Rows that are still to be added to that.
     #[width(cfg.step_bits())]
     pub steps: u32,
@@ -91,7 +99,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Transparent primitives, then the end of the frame.
-    #[with(cfg.screen)]
+    #[with(Format::transparent(cfg.screen))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The next frame may come. Only while `done`.
     pub restart: bool,
@@ -109,20 +117,28 @@ pub struct Moore {
     pub done: bool,
 }
 
-/// An edge whose bound and rest are what the bound gains.
+/// What an edge gains in a row.
 #[inline(always)]
 #[rtl]
-fn gained(edge: Edge) -> Edge {
-    let mut gain = edge;
-    gain.bound = 0;
-    gain.rest = 0;
-    below(gain)
+fn gained(edge: Edge) -> Gain {
+    Gain { bound: edge.bound_step, rest: edge.rest_step }
+}
+
+/// What it gains in a row more.
+#[inline(always)]
+#[rtl]
+fn more(edge: Edge, gain: Gain) -> Gain {
+    let mut gained = edge;
+    gained.bound = gain.bound;
+    gained.rest = gain.rest;
+    let gained = below(gained);
+    Gain { bound: gained.bound, rest: gained.rest }
 }
 
 /// An edge that gains so much with each step.
 #[inline(always)]
 #[rtl]
-fn gaining(edge: Edge, gain: Edge) -> Edge {
+fn gaining(edge: Edge, gain: Gain) -> Edge {
     let mut edge = edge;
     edge.bound_step = gain.bound;
     edge.rest_step = gain.rest;
@@ -153,10 +169,8 @@ impl Block for BucketSort {
         State {
             primitive: Stream::idle(),
             there: false,
-            first: 0,
-            last: 0,
             rows: 0,
-            gain: [Edge::default(); 3],
+            gain: [Gain::default(); 3],
             steps: 0,
             done: false,
         }
@@ -169,8 +183,6 @@ impl Block for BucketSort {
         let mut item = q.primitive.payload;
         let [a, b, c] = item.edges;
         let [to_a, to_b, to_c] = q.gain;
-        item.row = q.first;
-        item.last_row = q.last;
         item.edges = [gaining(a, to_a), gaining(b, to_b), gaining(c, to_c)];
         item.per_row = times(item.per_row, cfg.engines);
         let is_ready = q.primitive.valid && q.steps == 0;
@@ -178,7 +190,7 @@ impl Block for BucketSort {
             ready: (!q.primitive.valid || is_ready) && !q.done,
             insert: Stream {
                 valid: is_ready && q.there,
-                payload: Insert { position: q.first, item },
+                payload: Insert { position: item.row, item },
             },
             done: q.done && !q.primitive.valid,
         }
@@ -187,11 +199,12 @@ impl Block for BucketSort {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         if q.primitive.valid && q.steps > 0 {
-            let [a, b, c] = q.gain;
-            d.gain = [below(a), below(b), below(c)];
+            let [a, b, c] = q.primitive.payload.edges;
+            let [to_a, to_b, to_c] = q.gain;
+            d.gain = [more(a, to_a), more(b, to_b), more(c, to_c)];
             d.steps = q.steps - 1;
             if q.rows > 0 {
-                d.primitive.payload = next_row(q.primitive.payload);
+                d.primitive.payload = moved_down(q.primitive.payload);
                 d.rows = q.rows - 1;
             }
         } else {
@@ -208,8 +221,8 @@ impl Block for BucketSort {
                 let last =
                     if before { 0 } else { quotient(item.last_row - cfg.index, cfg.reciprocal()) };
                 d.there = !before && first <= last;
-                d.first = first;
-                d.last = last;
+                d.primitive.payload.row = first;
+                d.primitive.payload.last_row = last;
                 d.rows = if past > cfg.index {
                     cfg.engines + cfg.index - past
                 } else {

@@ -108,7 +108,7 @@ pub struct In {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// Fragments, pixel by pixel.
-    #[with(cfg.line, 0)]
+    #[with(0, 0)]
     pub arrived: Stream<Marked<Arrived>>,
     /// The transparent fragment at hand is taken.
     pub take: bool,
@@ -117,8 +117,6 @@ pub struct Out {
     pub back: Stream<Segment>,
     /// The pixel is complete.
     pub next: bool,
-    /// The scan line is complete.
-    pub line_done: bool,
     /// A transparent fragment was given for the last time.
     pub fragment: bool,
     /// It is hidden.
@@ -159,7 +157,7 @@ impl Block for Layers {
 
         // What is given: the opaque fragment, then the transparent ones.
         let opaque = Arrived {
-            pixel: q.column,
+            pixel: 0,
             z: Z_FAR,
             rgba: i.opaque.payload.colour << 8 | 0xff,
             weight: 0,
@@ -169,7 +167,7 @@ impl Block for Layers {
             label: Label::NONE,
         };
         let transparent = Arrived {
-            pixel: q.column,
+            pixel: 0,
             z,
             rgba: colour(at, false),
             weight: 0,
@@ -216,7 +214,6 @@ impl Block for Layers {
                 payload: if goes_on { moved } else { i.item.payload },
             },
             next,
-            line_done: next && q.column + 1 == cfg.line.width,
             fragment: take && goes_on,
             hidden: take && goes_on && !visible,
         }

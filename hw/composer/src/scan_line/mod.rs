@@ -29,7 +29,7 @@ use layers::{Layers, Segment};
 use pellucid_blocks::blender::{self, Blender};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
-use pellucid_machine::primitive::{Primitive, next_row, plus, span, times};
+use pellucid_machine::primitive::{Format, Primitive, next_row, plus, span, times};
 use pellucid_sim::ram::port::written;
 use pellucid_sim::{
     Block, Fifo, Memory, Ram1R1W, Read, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
@@ -49,6 +49,8 @@ pub struct Config {
     pub sorter_depth: u32,
 }
 
+/// Bits of the number of a pixel whose fragments are blended: its turn tells which it is.
+const PIXEL_BITS: u32 = 0;
 /// Opaque pixels that are read before they are needed.
 const READ_AHEAD: u32 = 3;
 
@@ -70,7 +72,7 @@ impl Config {
     fn pixels(&self) -> u32 {
         self.lines() * self.screen().width
     }
-    fn down(&self) -> buckets::Config<Screen> {
+    fn down(&self) -> buckets::Config<Format> {
         self.bucket_sort.buckets()
     }
     fn along(&self) -> buckets::Config<Screen> {
@@ -87,7 +89,7 @@ impl Config {
     fn sorter(&self) -> sorter::Config {
         sorter::Config {
             depth: self.sorter_depth,
-            screen: self.line(),
+            pixel_bits: PIXEL_BITS,
             layer_bits: bits_for(u64::from(self.line_primitives) + 1),
         }
     }
@@ -140,7 +142,7 @@ pub struct State {
     #[with(cfg.sorter())]
     pub sorter: sorter::State,
     /// See [`blender`].
-    #[with(cfg.line())]
+    #[with(PIXEL_BITS)]
     pub blender: blender::State,
     /// Colours of complete pixels.
     #[with(cfg.results().depth)]
@@ -151,7 +153,7 @@ pub struct State {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Transparent primitives, then the end of the frame.
-    #[with(*cfg.screen())]
+    #[with(Format::transparent(*cfg.screen()))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The frame that was sorted is rendered from now on, and the next one may come. Only while `sorted`, and
     /// all results of the frame before are taken.
@@ -249,7 +251,7 @@ impl Block for ScanLine {
             opaque: Pixels::reset(&cfg.opaque()),
             layers: Layers::reset(&cfg.layers()),
             sorter: Sorter::reset(&cfg.sorter()),
-            blender: Blender::reset(&cfg.line()),
+            blender: Blender::reset(&PIXEL_BITS),
             results: Results::reset(&cfg.results()),
         }
     }
@@ -382,7 +384,7 @@ impl Block for ScanLine {
             Stream { valid: sorter.sorted.valid && sorted_ready, payload: sorter.sorted.payload };
         // A pixel's first fragment is opaque: what is below it does not matter.
         let to_blender = blender::In { sorted, colour: Read::default() };
-        let blended = Blender::next(&cfg.line(), &q.blender, &mut d.blender, &mut (), to_blender);
+        let blended = Blender::next(&PIXEL_BITS, &q.blender, &mut d.blender, &mut (), to_blender);
         let push = written(blended.colour_write);
         let to_results = fifo::In { push, pop: i.result_ready };
         Results::next(&cfg.results(), &q.results, &mut d.results, &mut m.results, to_results);

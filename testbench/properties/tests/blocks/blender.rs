@@ -1,6 +1,5 @@
 use crate::found;
 use pellucid_blocks::blender::{Blender, In, Out, State};
-use pellucid_machine::pixel::Screen;
 use pellucid_properties::blender::{Model, Property};
 use pellucid_properties::blender_properties;
 use pellucid_sim::{Block, ReadPort, Stream, WritePort};
@@ -24,19 +23,19 @@ const FAR: u8 = 11;
 struct Wrong<const FAULT: u8>;
 
 impl<const FAULT: u8> Block for Wrong<FAULT> {
-    type Config = Screen;
+    type Config = u32;
     type State = State;
     type In = In;
     type Moore = ();
     type Out = Out;
     type Mem = ();
 
-    fn reset(cfg: &Screen) -> State {
+    fn reset(cfg: &u32) -> State {
         Blender::reset(cfg)
     }
-    fn memories(_: &Screen) {}
-    fn moore(_: &Screen, _: &State, _: &()) {}
-    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut (), mut i: In) -> Out {
+    fn memories(_: &u32) {}
+    fn moore(_: &u32, _: &State, _: &()) {}
+    fn next(cfg: &u32, q: &State, d: &mut State, m: &mut (), mut i: In) -> Out {
         let Stream { valid, payload: came } = i.sorted;
         let fragment = valid && !came.end;
         if FAULT == SWAPPED && fragment {

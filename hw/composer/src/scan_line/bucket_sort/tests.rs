@@ -1,5 +1,6 @@
 use super::*;
 use crate::test_util::{Pattern, Source, Triangle, pattern, screen, triangle};
+use pellucid_machine::primitive::next_row;
 use pellucid_sim::Sim;
 use proptest::prelude::*;
 
