@@ -294,8 +294,8 @@ fn frame(comparison: &Comparison, scene: &Compared) -> io::Result<String> {
         let own = trial.report.figure("image", "mismatched_pixels").and_then(|e| e.value.as_u64());
         let caption = match own {
             Some(own) if own != differ(trial) => format!(
-                "The image by {machine}: {} pixels differ from the exact blend of the fragments as this machine makes or \
-                 orders them; {pixels} from the image above.",
+                "The image by {machine}: {} pixels differ from the exact blend of the fragments as this machine orders \
+                 them; {pixels} from the image above.",
                 number(own)
             ),
             _ => format!("The image by {machine}: {pixels} pixels differ."),

@@ -1,4 +1,5 @@
-//! Which fragments a primitive has, for machines that take primitives: in closed form, row by row.
+//! Which fragments a primitive has, in closed form, row by row: what the golden model has for machines that take primitives,
+//! and what a scene plays to machines that take fragments.
 //!
 //! As all of the golden model it shares no line with the hardware, which goes from row to row and from pixel to pixel by
 //! adding. Here each row's columns are a quotient, and each pixel's depth and colour a product with its place.

@@ -6,7 +6,8 @@
 //! sorted, and opaque geometry may arrive after transparent geometry that it hides.
 //!
 //! The path of a mesh: `mesh` reads the file into parts, `alpha` gives parts their opacity, `camera` places the
-//! eye, `shade` lights the vertices, `clip` and `raster` turn each triangle into fragments.
+//! eye, `shade` lights the vertices, `clip` and `raster` bring each triangle to the screen, `set_up` makes primitives of
+//! it, and the fragments are their walk.
 
 mod alpha;
 mod built_in;
@@ -15,6 +16,7 @@ mod clip;
 mod error;
 mod geometry;
 mod mesh;
+mod perspective;
 mod raster;
 mod set_up;
 mod shade;

@@ -3,15 +3,14 @@
 //! Corners are rounded to 1/256 pixel, and from there on coverage is integer arithmetic: an edge function is the cross
 //! product of the edge and the way to the pixel's centre. Inside the guard band a coordinate needs 24 bits with its sign and
 //! an edge function 49, so `i64` holds it without rounding. A centre on an edge belongs to the triangle whose top or left edge
-//! it is. Depth is linear on the screen; colour is interpolated with perspective.
+//! it is. What a pixel has of it is the work of `set_up`.
 
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
-use super::set_up::set_up;
+use super::set_up::SetUp;
 use glam::{DVec4, Vec4};
 use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_machine::primitive::Primitive;
-use pellucid_sim::Label;
 
 /// Fraction bits of a screen coordinate.
 const SUB_BITS: u32 = 8;
@@ -52,28 +51,29 @@ impl Raster {
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.on_screen(triangle, &mut |corners| self.fill(corners, sink))
+        self.on_screen(triangle, &mut |triangle| triangle.draw(sink))
     }
 
-    /// Sends one triangle, either side of it, set up for an engine: as several where it had to be cut, as none
-    /// where it has no pixel.
+    /// Sends one triangle, either side of it, set up for an engine: as several where it had to be cut or its colours
+    /// are no plane, as none where it has no pixel. Their fragments are those of [`Raster::draw`].
     pub fn set_up<E>(
         &self,
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.on_screen(triangle, &mut |corners| {
-            let primitive = set_up(corners, self.width, self.height);
-            primitive.map_or(Ok(()), &mut *sink)
+        self.on_screen(triangle, &mut |triangle| {
+            triangle.primitives().iter().try_for_each(|primitive| sink(*primitive))
         })
     }
 
-    /// Cuts one triangle as far as it has to be, and projects it.
+    /// Cuts one triangle as far as it has to be, projects it and sets it up.
     fn on_screen<E>(
         &self,
         triangle: [Vertex; 3],
-        each: &mut dyn FnMut([Corner; 3]) -> Result<(), E>,
+        each: &mut dyn FnMut(SetUp) -> Result<(), E>,
     ) -> Result<(), E> {
+        let mut each =
+            |corners| SetUp::new(corners, self.width, self.height).map_or(Ok(()), &mut *each);
         if is_inside(&triangle) {
             return each(triangle.each_ref().map(|vertex| self.corner(vertex)));
         }
@@ -103,37 +103,6 @@ impl Raster {
             colour_over_w: vertex.colour.as_dvec4() * inv_w,
         }
     }
-
-    /// Sends the fragments of a triangle on the screen.
-    pub(super) fn fill<E>(
-        &self,
-        corners: [Corner; 3],
-        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
-    ) -> Result<(), E> {
-        let Some(Placed { corners, edges, area, columns, rows }) =
-            Placed::new(corners, self.width, self.height)
-        else {
-            return Ok(());
-        };
-        let owns = edges.map(|(from, to)| owns_its_points(from, to));
-        let step_x = edges.map(|(from, to)| (from.y - to.y) * PIXEL);
-        let step_y = edges.map(|(from, to)| (to.x - from.x) * PIXEL);
-        let inv_area = 1.0 / area as f64;
-        let mut row_start =
-            edges.map(|(from, to)| cross(from, to, centre(columns.start), centre(rows.start)));
-        for y in rows {
-            let mut edge = row_start;
-            for x in columns.clone() {
-                if (0..3).all(|i| edge[i] >= i64::from(!owns[i])) {
-                    let weights = edge.map(|e| e as f64 * inv_area);
-                    sink(shaded(x as u32, y as u32, &corners, weights))?;
-                }
-                (0..3).for_each(|i| edge[i] += step_x[i]);
-            }
-            (0..3).for_each(|i| row_start[i] += step_y[i]);
-        }
-        Ok(())
-    }
 }
 
 /// A triangle that may have pixels.
@@ -144,8 +113,6 @@ pub(super) struct Placed {
     pub edges: [(Corner, Corner); 3],
     /// Twice its area, above 0.
     pub area: i64,
-    /// Columns that it may have pixels in, at least one.
-    pub columns: std::ops::Range<i64>,
     /// Rows that it may have pixels in, at least one.
     pub rows: std::ops::Range<i64>,
 }
@@ -161,7 +128,7 @@ impl Placed {
         let rows = covered([a.y, b.y, c.y], height);
         let there = area > 0 && !columns.is_empty() && !rows.is_empty();
         let (corners, edges) = ([a, b, c], [(b, c), (c, a), (a, b)]);
-        there.then_some(Placed { corners, edges, area, columns, rows })
+        there.then_some(Placed { corners, edges, area, rows })
     }
 }
 
@@ -186,15 +153,6 @@ fn covered(corners: [i64; 3], pixels: u32) -> std::ops::Range<i64> {
     let first = (a.min(b).min(c) + PIXEL / 2 - 1) >> SUB_BITS;
     let last = (a.max(b).max(c) - PIXEL / 2) >> SUB_BITS;
     first.max(0)..(last + 1).min(i64::from(pixels))
-}
-
-fn shaded(x: u32, y: u32, corners: &[Corner; 3], weights: [f64; 3]) -> Fragment {
-    let mix = |of: fn(&Corner) -> f64| (0..3).map(|i| weights[i] * of(&corners[i])).sum::<f64>();
-    let z = mix(|corner| corner.z);
-    let inv_w = mix(|corner| corner.inv_w);
-    let colour: DVec4 =
-        (0..3).map(|i| weights[i] * corners[i].colour_over_w).sum::<DVec4>() / inv_w;
-    Fragment { x, y, z: depth(z), rgba: packed(colour.as_vec4()), label: Label::NONE }
 }
 
 /// A depth of 0 near to 1 far in 24 bits, below [`Z_FAR`] for all that the far plane does not cut away.

@@ -1,17 +1,22 @@
 //! Set-up: triangles on the screen as engines take them, see [`pellucid_machine::primitive`].
 //!
-//! An engine's arithmetic is in whole numbers, and so is all of this: a triangle has the same pixels as when the
-//! rasteriser draws it. Depth and colour are linear over it, rounded to 2^-16 in its corners and in what they gain from
-//! pixel to pixel. Colour is so without perspective, which shows on triangles that are large and steep. No corner lies
-//! at the far plane, where it could not be seen.
+//! There is one truth for the fragments of a triangle: the walk of what it is set up as. An engine makes it pixel by pixel,
+//! and for machines that take fragments the golden model's walk does. All of it is in whole numbers. Depth and colour are
+//! linear over a primitive, rounded to 2^-16 in its corners and in what they gain from pixel to pixel. Where colours with
+//! perspective are too far from that, a triangle comes in pieces, each a part of a row. No corner lies at the far plane, where
+//! it could not be seen.
 
+use super::perspective::{Shade, is_plane};
 use super::raster::{Corner, PIXEL, Placed, centre, cross, owns_its_points};
+use crate::golden::primitive::{columns, fragments};
 use glam::DVec4;
 use pellucid_machine::pixel::{Fragment, Z_FAR};
 use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, FRACTION_BITS, Primitive, Side, Z_PLANE_BITS,
+    plus, times,
 };
 use pellucid_sim::Label;
+use std::ops::RangeInclusive;
 
 /// One, in fixed point.
 const ONE: f64 = (1u32 << FRACTION_BITS) as f64;
@@ -41,20 +46,70 @@ fn attributes([z, red, green, blue, alpha]: Channels) -> Attributes {
     }
 }
 
-fn colour(corner: &Corner) -> DVec4 {
-    (corner.colour_over_w / corner.inv_w).clamp(DVec4::ZERO, DVec4::splat(255.0))
+/// A colour of 0..=255 per channel in fixed point.
+fn fixed(colour: DVec4) -> [i128; 4] {
+    colour.to_array().map(|channel| (channel * ONE).round() as i128)
 }
 
-fn channels(corner: &Corner) -> Channels {
+fn channels(corner: &Corner, shade: &Shade) -> Channels {
     let z = ((corner.z * f64::from(Z_FAR)).clamp(0.0, DEEPEST) * ONE).round() as i128;
-    let [red, green, blue, alpha] =
-        colour(corner).to_array().map(|c| (c * ONE).round() as i128 + HALF);
+    let [red, green, blue, alpha] = fixed(shade.colour).map(|channel| channel + HALF);
     [z, red, green, blue, alpha]
 }
 
-/// A triangle on a screen of this size, set up; nothing if it has no pixel.
-pub(super) fn set_up(corners: [Corner; 3], width: u32, height: u32) -> Option<Primitive> {
-    let Placed { corners, edges, area, mut rows, .. } = Placed::new(corners, width, height)?;
+/// A quotient, rounded to nearest. Most dividends fit into 64 bits, which takes a fraction of the time.
+fn divided(dividend: i128, divisor: i64) -> i128 {
+    let dividend = dividend + i128::from(divisor / 2);
+    match i64::try_from(dividend) {
+        Ok(dividend) => dividend.div_euclid(divisor).into(),
+        Err(_) => dividend.div_euclid(divisor.into()),
+    }
+}
+
+/// A triangle on the screen, set up.
+#[derive(Clone, Debug)]
+pub(super) struct SetUp {
+    /// All of it, with its colours as a plane.
+    whole: Primitive,
+    /// Parts of its rows, row by row from left to right, if its colours are no plane.
+    spans: Vec<Primitive>,
+    width: u32,
+}
+
+impl SetUp {
+    /// The triangle on a screen of this size; nothing if it has no pixel.
+    pub fn new(corners: [Corner; 3], width: u32, height: u32) -> Option<SetUp> {
+        let triangle = Placed::new(corners, width, height)?;
+        let shades = triangle.corners.each_ref().map(Shade::of);
+        let whole = whole(&triangle, &shades, width, height)?;
+        let mut spans = vec![];
+        if !is_plane(&shades) {
+            for row in whole.row..=whole.last_row {
+                let columns = columns(&whole, row, width);
+                if !columns.is_empty() {
+                    bend(&triangle, &whole, row, columns.start..=columns.end - 1, &mut spans);
+                }
+            }
+        }
+        Some(SetUp { whole, spans, width })
+    }
+
+    /// As an engine takes it: one primitive after the other.
+    pub fn primitives(&self) -> &[Primitive] {
+        if self.spans.is_empty() { std::slice::from_ref(&self.whole) } else { &self.spans }
+    }
+
+    /// Sends its fragments, row by row.
+    pub fn draw<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
+        let mut primitives = self.primitives().iter();
+        primitives.try_for_each(|p| fragments(p, self.width).try_for_each(&mut *sink))
+    }
+}
+
+/// A triangle with its colours as a plane; nothing if it has no pixel.
+fn whole(triangle: &Placed, shades: &[Shade; 3], width: u32, height: u32) -> Option<Primitive> {
+    let Placed { corners, edges, area, .. } = triangle;
+    let mut rows = triangle.rows.clone();
     // The function of each edge is `PIXEL * (a * column + b * row) + c`.
     let lines = edges.map(|(from, to)| {
         let (a, b) = (from.y - to.y, to.x - from.x);
@@ -89,49 +144,81 @@ pub(super) fn set_up(corners: [Corner; 3], width: u32, height: u32) -> Option<Pr
             height: height as u32,
         }
     };
-    let values = corners.each_ref().map(channels);
-    // A mean of the corners' values, weighted by `weight` of each edge over the area.
-    let mean = |weight: &dyn Fn(usize) -> i128| {
-        let sum = |channel: usize| (0..3).map(|i| values[i][channel] * weight(i)).sum::<i128>();
-        let area = i128::from(area);
-        attributes([0, 1, 2, 3, 4].map(|channel| (sum(channel) + area / 2).div_euclid(area)))
+    let [a, b, c] = [0, 1, 2].map(|i| channels(&corners[i], &shades[i]));
+    // How far a mean of the corners' values, weighted by each edge's `[_, b, c]` over the area, is from the first one's.
+    let mean = |[_, of_b, of_c]: [i64; 3]| {
+        let from_a = |k: usize| (b[k] - a[k]) * i128::from(of_b) + (c[k] - a[k]) * i128::from(of_c);
+        [0, 1, 2, 3, 4].map(|channel| divided(from_a(channel), *area))
     };
-    let of = |i: usize| lines[i];
-    let [per_column, per_row] =
-        [mean(&|i| i128::from(of(i).0 * PIXEL)), mean(&|i| i128::from(of(i).1 * PIXEL))];
+    let gain = |weights| attributes(mean(weights));
+    let at = mean(lines.map(|(_, b, c, _)| b * PIXEL * first + c));
     let pixels = u64::from(width) * u64::from(height);
     Some(Primitive {
         row: first as u32,
         last_row: rows.end as u32 - 1,
         edges: lines.map(edge),
-        at: mean(&|i| i128::from(of(i).1 * PIXEL * first + of(i).2)),
-        per_column,
-        per_row,
-        opaque: corners.iter().all(|corner| colour(corner).w >= OPAQUE),
+        at: attributes([0, 1, 2, 3, 4].map(|channel| a[channel] + at[channel])),
+        per_column: gain(lines.map(|(a, ..)| a * PIXEL)),
+        per_row: gain(lines.map(|(_, b, ..)| b * PIXEL)),
+        opaque: shades.iter().all(|shade| shade.colour.w >= OPAQUE),
         area: ((area / (2 * PIXEL * PIXEL)) as u64).min(pixels - 1) as u32,
         label: Label::NONE,
     })
 }
 
-/// A fragment as a primitive that has just that pixel.
-pub fn point(fragment: Fragment) -> Primitive {
-    let Fragment { x, y, z, rgba, label } = fragment;
-    let [red, green, blue, alpha] = rgba.to_be_bytes().map(|c| i128::from(c) << FRACTION_BITS);
+/// Adds the columns of a row of a triangle, whose depth `whole` has, in parts in which its colours are straight.
+fn bend(
+    triangle: &Placed,
+    whole: &Primitive,
+    row: u32,
+    columns: RangeInclusive<u32>,
+    spans: &mut Vec<Primitive>,
+) {
+    let (first, last) = columns.into_inner();
+    let [from, to] = [first, last].map(|column| Shade::at(triangle, column, row));
+    if first < last && !from.is_straight_to(&to) {
+        let middle = (first + last) / 2;
+        bend(triangle, whole, row, first..=middle, spans);
+        return bend(triangle, whole, row, middle + 1..=last, spans);
+    }
+    let [from, to] = [from, to].map(|shade| fixed(shade.colour));
+    let gain = |k: usize| divided(to[k] - from[k], i64::from(last - first).max(1));
+    let gains = [0, 1, 2, 3].map(gain);
+    let [red, green, blue, alpha] = gains;
+    let z = whole.per_column.z;
+    let per_column = Attributes { z, ..attributes([0, red, green, blue, alpha]) };
+    let before = |k: usize| from[k] + HALF - gains[k] * i128::from(first);
+    let [red, green, blue, alpha] = [0, 1, 2, 3].map(before);
+    let z = plus(whole.at, times(whole.per_row, row - whole.row)).z;
+    let at = Attributes { z, ..attributes([0, red, green, blue, alpha]) };
+    let area = last - first;
+    let opaque = whole.opaque;
+    spans.push(Primitive { at, per_column, area, opaque, ..span(row, first..=last) });
+}
+
+/// Columns of a row as a primitive, without anything in them.
+fn span(row: u32, columns: RangeInclusive<u32>) -> Primitive {
     let bound = |side, bound: i64| Edge {
         side,
         bound: bits(bound.into(), BOUND_BITS),
         height: 1,
         ..Edge::default()
     };
+    let (first, last) = columns.into_inner();
+    let left = bound(Side::Left, -i64::from(first));
+    let edges = [left, bound(Side::Right, last.into()), Edge::default()];
+    Primitive { row, last_row: row, edges, ..Primitive::default() }
+}
+
+/// A fragment as a primitive that has just that pixel.
+pub fn point(fragment: Fragment) -> Primitive {
+    let Fragment { x, y, z, rgba, label } = fragment;
+    let [red, green, blue, alpha] = rgba.to_be_bytes().map(|c| i128::from(c) << FRACTION_BITS);
     Primitive {
-        row: y,
-        last_row: y,
-        edges: [bound(Side::Left, -i64::from(x)), bound(Side::Right, x.into()), Edge::default()],
         at: attributes([i128::from(z) << FRACTION_BITS, red, green, blue, alpha]),
         opaque: fragment.is_opaque(),
-        area: 0,
         label,
-        ..Primitive::default()
+        ..span(y, x..=x)
     }
 }
 

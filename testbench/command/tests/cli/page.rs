@@ -15,21 +15,48 @@ const STYLE: [&str; 3] = [
     ".wide { left: 50%; max-height: 90vh; max-width: 96vw; overflow: auto;",
 ];
 
-/// A machine that takes primitives has a golden image of its own: what differs from the fragments' image is told apart
-/// from what is wrong.
+/// A machine that deals what is opaque to engines has an order of its own: what differs for it is told apart from what is
+/// wrong.
 #[test]
 fn a_caption_tells_what_is_wrong_from_what_is_seen_otherwise() {
     let folder = folder();
-    let args = ["compare", "--machine", "tbuffer", "--machine", "composer", "--quiet"];
-    let frame = ["--scene", "teapot", "--width", "80", "--height", "60"];
-    exact(pellucid(folder.path(), &[&args[..], &frame].concat()));
+    // The second and the third are equally deep; the third goes to the same engine as the first.
+    let trace = "# pellucid-trace width=2 height=1 background=0,0,0\nx,y,z,r,g,b,a\n\
+                 0,0,5,200,0,0,255\n1,0,5,0,200,0,255\n1,0,5,0,0,200,255\n";
+    fs::write(folder.path().join("equal.csv"), trace).unwrap();
+    let composer = "composer:vc1,engines=2";
+    let args = ["compare", "--machine", "tbuffer", "--machine", composer, "--scene", "equal.csv"];
+    exact(pellucid(folder.path(), &[&args[..], &["--quiet"]].concat()));
     let out = folder.path().join("pellucid-compare");
     let machines = json(&out)["scenes"][0]["machines"].clone();
     assert_eq!(machines[1]["image"]["mismatched_pixels"], 0);
     let page = fs::read_to_string(out.join("compare.html")).unwrap();
-    let caption = "The image by composer:vc1: 0 pixels differ from the exact blend of the fragments as this machine \
-                   makes or orders them; ";
-    assert!(page.contains(caption));
+    let caption = format!(
+        "The image by {composer}: 0 pixels differ from the exact blend of the fragments as this machine orders them; 1 \
+         from the image above."
+    );
+    assert!(page.contains(&caption));
+}
+
+/// A floor and a wall in strong perspective, with a colour and an alpha of its own at each corner.
+#[test]
+fn machines_of_fragments_and_of_primitives_give_one_image_in_perspective() {
+    let folder = folder();
+    let mesh = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+                property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n\
+                element face 2\nproperty list uchar int vertex_indices\nend_header\n\
+                -40 -1 0.5 255 0 0 255\n40 -1 0.5 0 255 0 255\n40 -1 -80 0 0 255 255\n-40 -1 -80 255 255 255 255\n\
+                -3 -0.5 0 255 0 0 255\n5 -0.5 -1 0 255 0 40\n3 3 -40 0 0 255 0\n-20 2 -40 255 255 0 200\n\
+                4 0 1 2 3\n4 4 5 6 7\n";
+    fs::write(folder.path().join("floor.ply"), mesh).unwrap();
+    let machines = ["--machine", "tbuffer", "--machine", "rbuffer", "--machine", "composer"];
+    let view = ["--camera", "0,0,1:0,-0.2,-4:60", "--width", "80", "--height", "60", "--quiet"];
+    let args = [&["compare", "--scene", "floor.ply"], &machines[..], &view].concat();
+    exact(pellucid(folder.path(), &args));
+    let page = fs::read_to_string(folder.path().join("pellucid-compare/compare.html")).unwrap();
+    let names = "tbuffer:fast; rbuffer:on-chip; composer:vc1.";
+    assert!(page.contains(&format!("The same image, bit for bit, came from: {names}<")));
+    assert!(!page.contains("pixels differ"));
 }
 
 /// The colours of an embedded PNG, three bytes a pixel, and its size.

@@ -1,9 +1,8 @@
-//! Set-up against the rasteriser; the hardware's walk against the golden model's closed form; the widths.
+//! Set-up against perspective in floats; the hardware's walk against the golden model's closed form; the widths.
 
 use super::*;
-use crate::golden::primitive::{bound, columns, fragment, fragments};
-use crate::scene::raster::Raster;
-use crate::scene::{MAX_SIDE, Options, Scene, Screen, built_in};
+use crate::golden::primitive::{bound, fragment};
+use crate::scene::{MAX_SIDE, Options, Scene, built_in};
 use pellucid_machine::primitive::{
     HEIGHT_BITS, Span, colour as hw_colour, depth, next_row, plus, span, times,
 };
@@ -17,19 +16,6 @@ const FAR: std::ops::RangeInclusive<i64> = {
     let side = MAX_SIDE as i64 * PIXEL;
     -3 * side / 2..=5 * side / 2
 };
-
-fn raster(side: u32) -> Raster {
-    Raster::new(Screen { width: side, height: side, background: 0 })
-}
-
-fn drawn(corners: [Corner; 3]) -> Vec<Fragment> {
-    let mut fragments = vec![];
-    let Ok(()) = raster(SIDE).fill(corners, &mut |fragment| -> Result<(), Infallible> {
-        fragments.push(fragment);
-        Ok(())
-    });
-    fragments
-}
 
 /// The fragments that an engine gives, by the hardware's functions.
 fn walked(primitive: &Primitive, width: u32) -> Vec<Fragment> {
@@ -49,9 +35,9 @@ fn walked(primitive: &Primitive, width: u32) -> Vec<Fragment> {
     }
 }
 
-/// A corner of a triangle that is seen without perspective.
-fn corner(x: i64, y: i64, z: f64, colour: [f64; 4]) -> Corner {
-    Corner { x, y, z, inv_w: 1.0, colour_over_w: DVec4::from(colour) }
+/// A corner of a triangle.
+fn corner(x: i64, y: i64, z: f64, inv_w: f64, colour: [f64; 4]) -> Corner {
+    Corner { x, y, z, inv_w, colour_over_w: DVec4::from(colour) * inv_w }
 }
 
 /// Corners on, near and off the screen, many of them on pixel centres and on common lines.
@@ -92,41 +78,86 @@ fn coloured(places: [(i64, i64); 3]) -> impl Strategy<Value = [Corner; 3]> {
     let channel = || prop_oneof![4 => 0.0..=255.0, 1 => Just(0.0), 1 => Just(255.0)];
     let depth = prop_oneof![4 => 0.0..=1.0, 1 => Just(0.0), 1 => Just(1.0)];
     let alpha = prop_oneof![2 => channel(), 1 => Just(255.0), 1 => 254.0..=255.0];
-    let values = (depth, channel(), channel(), channel(), alpha);
+    let inv_w = prop_oneof![2 => Just(1.0), 1 => 0.9..1.1, 1 => (-12.0..12.0).prop_map(f64::exp)];
+    let values = (depth, inv_w, channel(), channel(), channel(), alpha);
     prop::array::uniform3(values).prop_map(move |values| {
         std::array::from_fn(|i| {
-            let ((x, y), (z, r, g, b, a)) = (places[i], values[i]);
-            corner(x, y, z, [r, g, b, a])
+            let ((x, y), (z, inv_w, r, g, b, a)) = (places[i], values[i]);
+            corner(x, y, z, inv_w, [r, g, b, a])
         })
     })
 }
 
-fn channels_of(fragment: &Fragment) -> [i32; 4] {
-    fragment.rgba.to_be_bytes().map(i32::from)
+fn set_up(corners: [Corner; 3], side: u32) -> Vec<Primitive> {
+    let set_up = SetUp::new(corners, side, side);
+    set_up.map_or(vec![], |set_up| set_up.primitives().to_vec())
 }
 
-/// Set up, a triangle has the pixels that the rasteriser draws, in their order and nearly as they are.
-fn check_as_drawn(corners: [Corner; 3]) -> Result<(), TestCaseError> {
-    let drawn = drawn(corners);
-    let set_up = set_up(corners, SIDE, SIDE);
-    let given: Vec<Fragment> = set_up.iter().flat_map(|p| fragments(p, SIDE)).collect();
-    let places = |fragments: &[Fragment]| fragments.iter().map(|f| (f.x, f.y)).collect::<Vec<_>>();
-    prop_assert_eq!(places(&given), places(&drawn));
-    let opaque = corners.iter().all(|corner| corner.colour_over_w.w >= 254.5);
-    for (given, drawn) in given.iter().zip(&drawn) {
-        prop_assert_eq!(given.is_opaque(), opaque);
-        prop_assert!(given.z.abs_diff(drawn.z) <= 1 && given.z < Z_FAR, "{given:?} {drawn:?}");
-        for (given, drawn) in channels_of(given).into_iter().zip(channels_of(drawn)) {
-            prop_assert!((given - drawn).abs() <= 1, "{given:?} {drawn:?}");
+/// A triangle's fragments are those of its primitives, at the centres that are inside, row by row, as deep as a plane in
+/// floats but for 1, and of the colour with perspective but for a level.
+fn check_fragments(corners: [Corner; 3]) -> Result<(), TestCaseError> {
+    let mut drawn = vec![];
+    if let Some(triangle) = SetUp::new(corners, SIDE, SIDE) {
+        let Ok(()) = triangle.draw(&mut |fragment| -> Result<(), Infallible> {
+            drawn.push(fragment);
+            Ok(())
+        });
+    }
+    let primitives = set_up(corners, SIDE);
+    let walked: Vec<Fragment> = primitives.iter().flat_map(|p| walked(p, SIDE)).collect();
+    prop_assert_eq!(&drawn, &walked);
+
+    let opaque = corners.iter().all(|corner| corner.colour_over_w.w / corner.inv_w >= 254.5);
+    let expected = oracle(corners);
+    let places: Vec<_> = expected.iter().map(|(x, y, ..)| (*x, *y)).collect();
+    prop_assert_eq!(drawn.iter().map(|f| (f.x, f.y)).collect::<Vec<_>>(), places);
+    for (drawn, (.., z, colour)) in drawn.iter().zip(expected) {
+        prop_assert_eq!(drawn.is_opaque(), opaque);
+        prop_assert!((f64::from(drawn.z) - z).abs() <= 1.0 && drawn.z < Z_FAR, "{drawn:?} {z}");
+        for (drawn, channel) in drawn.rgba.to_be_bytes().into_iter().zip(colour.to_array()) {
+            prop_assert!((f64::from(drawn) - channel).abs() <= 1.25, "{drawn:?} {colour}");
         }
     }
     Ok(())
 }
 
-fn check_walk(primitive: Option<Primitive>) -> Result<(), TestCaseError> {
-    let Some(primitive) = primitive else { return Ok(()) };
-    let expected: Vec<Fragment> = fragments(&primitive, SIDE).collect();
-    prop_assert_eq!(walked(&primitive, SIDE), expected);
+/// Column, row, depth and colour of each pixel of a triangle: as sums weighted by the areas on the other sides of its centre,
+/// of which none is negative and none is 0 but on an edge that is a left or a top one.
+fn oracle(mut corners: [Corner; 3]) -> Vec<(u32, u32, f64, DVec4)> {
+    let area = |[a, b, c]: [(i64, i64); 3]| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    if area(corners.map(|corner| (corner.x, corner.y))) < 0 {
+        corners.swap(1, 2);
+    }
+    let places = corners.map(|corner| (corner.x, corner.y));
+    let whole = area(places);
+    let mut pixels = vec![];
+    for (y, x) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (y, x))) {
+        let parts = [0, 1, 2].map(|i| {
+            let (from, to) = (places[(i + 1) % 3], places[(i + 2) % 3]);
+            let part = area([from, to, (centre(x.into()), centre(y.into()))]);
+            let owned = to.1 < from.1 || to.1 == from.1 && to.0 > from.0;
+            (part > 0 || part == 0 && owned).then_some(part as f64 / whole as f64)
+        });
+        if let [Some(a), Some(b), Some(c)] = parts
+            && whole > 0
+        {
+            let mix = |of: &dyn Fn(&Corner) -> f64| {
+                [a, b, c].into_iter().zip(&corners).map(|(part, corner)| part * of(corner)).sum()
+            };
+            let inv_w: f64 = mix(&|corner| corner.inv_w);
+            let colour = [0, 1, 2, 3].map(|k| mix(&|corner| corner.colour_over_w[k]) / inv_w);
+            let z: f64 = mix(&|corner| corner.z);
+            pixels.push((x, y, (z * f64::from(Z_FAR)).floor(), colour.into()));
+        }
+    }
+    pixels
+}
+
+fn check_walk(primitives: Vec<Primitive>) -> Result<(), TestCaseError> {
+    for primitive in primitives {
+        let expected: Vec<Fragment> = fragments(&primitive, SIDE).collect();
+        prop_assert_eq!(walked(&primitive, SIDE), expected);
+    }
     Ok(())
 }
 
@@ -134,30 +165,34 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
-    fn a_triangle_has_the_pixels_that_are_drawn(corners in corners()) {
-        check_as_drawn(corners)?;
+    fn a_triangle_has_the_fragments_of_its_primitives(corners in corners()) {
+        check_fragments(corners)?;
     }
 
     #[test]
-    fn a_sliver_has_the_pixels_that_are_drawn(corners in slivers()) {
-        check_as_drawn(corners)?;
+    fn a_sliver_has_the_fragments_of_its_primitives(corners in slivers()) {
+        check_fragments(corners)?;
     }
 
     #[test]
     fn a_walk_gives_what_the_closed_form_does(corners in prop_oneof![corners(), slivers()]) {
-        check_walk(set_up(corners, SIDE, SIDE))?;
+        check_walk(set_up(corners, SIDE))?;
     }
 
     #[test]
     fn a_huge_triangle_is_walked_on_a_small_screen(corners in far_corners()) {
-        check_walk(set_up(corners, SIDE, SIDE))?;
+        check_walk(set_up(corners, SIDE))?;
     }
 
     /// On the largest screen, from the first row to the last: columns by the edge functions, and no bound that
     /// is out of its bits.
     #[test]
     fn the_guard_band_of_the_largest_screen_fits_the_widths(corners in far_corners()) {
-        let Some(primitive) = set_up(corners, MAX_SIDE, MAX_SIDE) else { return Ok(()) };
+        let corners = corners.map(|corner| {
+            let colour_over_w = corner.colour_over_w / corner.inv_w;
+            Corner { inv_w: 1.0, colour_over_w, ..corner }
+        });
+        let [primitive] = set_up(corners, MAX_SIDE)[..] else { return Ok(()) };
         let Placed { edges, .. } = Placed::new(corners, MAX_SIDE, MAX_SIDE).unwrap();
         let has = |x: u32, y: u32| edges.iter().all(|&(from, to)| {
             let [x, y] = [x, y].map(|pixel| centre(pixel.into()));
@@ -219,10 +254,10 @@ fn a_point_has_every_alpha() {
 /// corners lie on pixel centres.
 #[test]
 fn a_triangle_by_hand() {
-    let at = |x, y, z, alpha| corner(centre(x), centre(y), z, [10.0, 20.0, 30.0, alpha]);
+    let at = |x, y, z, alpha| corner(centre(x), centre(y), z, 1.0, [10.0, 20.0, 30.0, alpha]);
     let z = 4.0 / f64::from(Z_FAR);
     let corners = [at(1, 1, 0.0, 255.0), at(5, 1, z, 255.0), at(1, 3, 0.0, 200.0)];
-    let primitive = set_up(corners, SIDE, SIDE).unwrap();
+    let [primitive] = set_up(corners, SIDE)[..] else { panic!("it has no perspective") };
     let given: Vec<_> =
         fragments(&primitive, SIDE).map(|f| (f.x, f.y, f.z, f.rgba & 255)).collect();
     assert!(!primitive.opaque);
@@ -239,20 +274,18 @@ fn a_triangle_by_hand() {
     assert_eq!(given, expected);
 }
 
-/// What a scene plays in fragments and in primitives: the same pixels in the same order, as deep but for 1.
+/// What a scene plays in fragments and what it plays in primitives: the same.
 fn check_scene(scene: &Scene) {
     let width = scene.info().width;
     let mut drawn = vec![];
-    let Ok(()) = scene.play(&mut |f| -> Result<(), Infallible> {
-        drawn.push((f.x, f.y, f.z));
+    let Ok(()) = scene.play(&mut |fragment| -> Result<(), Infallible> {
+        drawn.push(fragment);
         Ok(())
     });
     let mut drawn = drawn.into_iter();
     let Ok(()) = scene.play_primitives(&mut |primitive| -> Result<(), Infallible> {
-        for given in fragments(&primitive, width) {
-            let (x, y, z) = drawn.next().expect("no more than are drawn");
-            assert_eq!((given.x, given.y), (x, y));
-            assert!(given.z.abs_diff(z) <= 1, "{given:?} is drawn at {z}");
+        for given in walked(&primitive, width) {
+            assert_eq!(Some(given), drawn.next());
         }
         Ok(())
     });
@@ -260,14 +293,14 @@ fn check_scene(scene: &Scene) {
 }
 
 #[test]
-fn every_built_in_scene_has_its_pixels_as_primitives() {
+fn every_built_in_scene_has_its_fragments_as_primitives() {
     for scene in built_in() {
         check_scene(&Scene::open(scene.name, &Options::default()).unwrap());
     }
 }
 
 #[test]
-fn meshes_have_their_pixels_as_primitives() {
+fn meshes_have_their_fragments_as_primitives() {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/meshes"));
     for file in ["dragon_vrip_res4.ply.gz", "dragon_vrip.ply.gz"] {
         let path = folder.join(file);

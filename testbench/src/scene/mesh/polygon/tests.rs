@@ -1,11 +1,11 @@
 //! Polygons worked by hand, and any polygon against a test of every pixel.
 
 use super::*;
-use crate::scene::raster::{Corner, Raster};
+use crate::golden::primitive::fragments;
+use crate::scene::raster::Corner;
+use crate::scene::set_up::SetUp;
 use glam::{DVec4, vec3};
-use pellucid_machine::pixel::{Fragment, Screen};
 use proptest::prelude::*;
-use std::convert::Infallible;
 
 fn cut(corners: &[Vec3]) -> (Cut, Vec<[u32; 3]>) {
     let mut cutter = Cutter::default();
@@ -84,18 +84,18 @@ const STEP: i64 = 256;
 
 /// How often each pixel is covered by the triangles of a polygon on the screen.
 fn coverage(corners: &[(i64, i64)], triangles: &[[u32; 3]]) -> Vec<u32> {
-    let raster = Raster::new(Screen { width: SIDE as u32, height: SIDE as u32, background: 0 });
     let mut counts = vec![0; (SIDE * SIDE) as usize];
     for triangle in triangles {
         let corner = |i: u32| {
             let (x, y) = corners[i as usize];
             Corner { x, y, z: 0.5, inv_w: 1.0, colour_over_w: DVec4::ZERO }
         };
-        let Ok(()) =
-            raster.fill(triangle.map(corner), &mut |f: Fragment| -> Result<(), Infallible> {
+        let set_up = SetUp::new(triangle.map(corner), SIDE as u32, SIDE as u32);
+        for primitive in set_up.iter().flat_map(SetUp::primitives) {
+            for f in fragments(primitive, SIDE as u32) {
                 counts[(f.y * SIDE as u32 + f.x) as usize] += 1;
-                Ok(())
-            });
+            }
+        }
     }
     counts
 }
