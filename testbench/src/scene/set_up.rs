@@ -9,7 +9,6 @@
 use super::perspective::{Shade, is_plane};
 use super::raster::{Corner, PIXEL, Placed, centre, cross, owns_its_points};
 use crate::golden::primitive::{columns, fragments};
-use glam::DVec4;
 use pellucid_machine::pixel::{Fragment, Z_FAR};
 use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, FRACTION_BITS, Primitive, Side, Z_PLANE_BITS,
@@ -21,19 +20,19 @@ use std::ops::RangeInclusive;
 /// One, in fixed point.
 const ONE: f64 = (1u32 << FRACTION_BITS) as f64;
 /// Half of it: what comes before the point is rounded down.
-const HALF: i128 = 1 << (FRACTION_BITS - 1);
+const HALF: i64 = 1 << (FRACTION_BITS - 1);
 /// The most depth of a corner. Over the sides of the largest screen, what is rounded adds up to 1/8 at most.
 const DEEPEST: f64 = Z_FAR as f64 - 0.5;
 /// The least alpha that is rounded to 255.
 const OPAQUE: f64 = 254.5;
 
 /// A number in two's complement.
-fn bits(value: i128, bits: u32) -> u64 {
-    (value & ((1 << bits) - 1)) as u64
+fn bits(value: i64, bits: u32) -> u64 {
+    value as u64 & ((1 << bits) - 1)
 }
 
 /// An attribute's value per corner, or what it gains.
-type Channels = [i128; 5];
+type Channels = [i64; 5];
 
 fn attributes([z, red, green, blue, alpha]: Channels) -> Attributes {
     let channel = |value| bits(value, CHANNEL_PLANE_BITS) as u32;
@@ -46,23 +45,22 @@ fn attributes([z, red, green, blue, alpha]: Channels) -> Attributes {
     }
 }
 
-/// A colour of 0..=255 per channel in fixed point.
-fn fixed(colour: DVec4) -> [i128; 4] {
-    colour.to_array().map(|channel| (channel * ONE).round() as i128)
+/// A value that is not negative in fixed point, rounded to nearest.
+fn fixed(value: f64) -> i64 {
+    (value * ONE + 0.5) as i64
 }
 
 fn channels(corner: &Corner, shade: &Shade) -> Channels {
-    let z = ((corner.z * f64::from(Z_FAR)).clamp(0.0, DEEPEST) * ONE).round() as i128;
-    let [red, green, blue, alpha] = fixed(shade.colour).map(|channel| channel + HALF);
-    [z, red, green, blue, alpha]
+    let [red, green, blue, alpha] = shade.colour.to_array().map(|channel| fixed(channel) + HALF);
+    [fixed((corner.z * f64::from(Z_FAR)).clamp(0.0, DEEPEST)), red, green, blue, alpha]
 }
 
-/// A quotient, rounded to nearest. Most dividends fit into 64 bits, which takes a fraction of the time.
-fn divided(dividend: i128, divisor: i64) -> i128 {
+/// A quotient, rounded to nearest, two's complement. Most dividends fit into 64 bits, which takes a fraction of the time.
+fn divided(dividend: i128, divisor: i64) -> i64 {
     let dividend = dividend + i128::from(divisor / 2);
     match i64::try_from(dividend) {
-        Ok(dividend) => dividend.div_euclid(divisor).into(),
-        Err(_) => dividend.div_euclid(divisor.into()),
+        Ok(dividend) => dividend.div_euclid(divisor),
+        Err(_) => dividend.div_euclid(divisor.into()) as i64,
     }
 }
 
@@ -137,8 +135,8 @@ fn whole(triangle: &Placed, shades: &[Shade; 3], width: u32, height: u32) -> Opt
         let at = b * first + inside;
         Edge {
             side,
-            bound: bits(at.div_euclid(height).into(), BOUND_BITS),
-            bound_step: bits(b.div_euclid(height).into(), BOUND_BITS),
+            bound: bits(at.div_euclid(height), BOUND_BITS),
+            bound_step: bits(b.div_euclid(height), BOUND_BITS),
             rest: at.rem_euclid(height) as u32,
             rest_step: b.rem_euclid(height) as u32,
             height: height as u32,
@@ -147,7 +145,9 @@ fn whole(triangle: &Placed, shades: &[Shade; 3], width: u32, height: u32) -> Opt
     let [a, b, c] = [0, 1, 2].map(|i| channels(&corners[i], &shades[i]));
     // How far a mean of the corners' values, weighted by each edge's `[_, b, c]` over the area, is from the first one's.
     let mean = |[_, of_b, of_c]: [i64; 3]| {
-        let from_a = |k: usize| (b[k] - a[k]) * i128::from(of_b) + (c[k] - a[k]) * i128::from(of_c);
+        let from_a = |k: usize| {
+            i128::from(b[k] - a[k]) * i128::from(of_b) + i128::from(c[k] - a[k]) * i128::from(of_c)
+        };
         [0, 1, 2, 3, 4].map(|channel| divided(from_a(channel), *area))
     };
     let gain = |weights| attributes(mean(weights));
@@ -157,7 +157,7 @@ fn whole(triangle: &Placed, shades: &[Shade; 3], width: u32, height: u32) -> Opt
         row: first as u32,
         last_row: rows.end as u32 - 1,
         edges: lines.map(edge),
-        at: attributes([0, 1, 2, 3, 4].map(|channel| a[channel] + at[channel])),
+        at: attributes([0, 1, 2, 3, 4].map(|channel| a[channel].wrapping_add(at[channel]))),
         per_column: gain(lines.map(|(a, ..)| a * PIXEL)),
         per_row: gain(lines.map(|(_, b, ..)| b * PIXEL)),
         opaque: shades.iter().all(|shade| shade.colour.w >= OPAQUE),
@@ -181,13 +181,13 @@ fn bend(
         bend(triangle, whole, row, first..=middle, spans);
         return bend(triangle, whole, row, middle + 1..=last, spans);
     }
-    let [from, to] = [from, to].map(|shade| fixed(shade.colour));
-    let gain = |k: usize| divided(to[k] - from[k], i64::from(last - first).max(1));
+    let [from, to] = [from, to].map(|shade| shade.colour.to_array().map(fixed));
+    let gain = |k: usize| divided((to[k] - from[k]).into(), i64::from(last - first).max(1));
     let gains = [0, 1, 2, 3].map(gain);
     let [red, green, blue, alpha] = gains;
     let z = whole.per_column.z;
     let per_column = Attributes { z, ..attributes([0, red, green, blue, alpha]) };
-    let before = |k: usize| from[k] + HALF - gains[k] * i128::from(first);
+    let before = |k: usize| from[k] + HALF - gains[k] * i64::from(first);
     let [red, green, blue, alpha] = [0, 1, 2, 3].map(before);
     let z = plus(whole.at, times(whole.per_row, row - whole.row)).z;
     let at = Attributes { z, ..attributes([0, red, green, blue, alpha]) };
@@ -200,7 +200,7 @@ fn bend(
 fn span(row: u32, columns: RangeInclusive<u32>) -> Primitive {
     let bound = |side, bound: i64| Edge {
         side,
-        bound: bits(bound.into(), BOUND_BITS),
+        bound: bits(bound, BOUND_BITS),
         height: 1,
         ..Edge::default()
     };
@@ -213,9 +213,9 @@ fn span(row: u32, columns: RangeInclusive<u32>) -> Primitive {
 /// A fragment as a primitive that has just that pixel.
 pub fn point(fragment: Fragment) -> Primitive {
     let Fragment { x, y, z, rgba, label } = fragment;
-    let [red, green, blue, alpha] = rgba.to_be_bytes().map(|c| i128::from(c) << FRACTION_BITS);
+    let [red, green, blue, alpha] = rgba.to_be_bytes().map(|c| i64::from(c) << FRACTION_BITS);
     Primitive {
-        at: attributes([i128::from(z) << FRACTION_BITS, red, green, blue, alpha]),
+        at: attributes([i64::from(z) << FRACTION_BITS, red, green, blue, alpha]),
         opaque: fragment.is_opaque(),
         label,
         ..span(y, x..=x)

@@ -3,6 +3,7 @@
 use super::*;
 use crate::golden::primitive::{bound, fragment};
 use crate::scene::{MAX_SIDE, Options, Scene, built_in};
+use glam::DVec4;
 use pellucid_machine::primitive::{
     HEIGHT_BITS, Span, colour as hw_colour, depth, next_row, plus, span, times,
 };
