@@ -54,6 +54,7 @@ impl Source {
             (options.height.is_some(), "a height"),
             (options.camera.is_some(), "a camera"),
             (!options.alphas.is_empty(), "an alpha"),
+            (options.order.is_some(), "an order of fragments"),
         ];
         if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
             return Err(SourceError::Fixed { name: name.into(), what });

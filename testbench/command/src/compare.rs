@@ -82,6 +82,9 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         .iter()
         .map(|(_, source)| choices.iter().map(|choice| choice.build(source.screen())).collect())
         .collect::<anyhow::Result<_>>()?;
+    for (choice, machine) in choices.iter().zip(&machines[0]) {
+        args.view.tell_of_order(&choice.name, &**machine);
+    }
     let _folder = OutputFolder::claim(&args.out)?;
 
     let bars = MultiProgress::new();

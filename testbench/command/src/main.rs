@@ -16,11 +16,12 @@ mod wave;
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, Parser, Subcommand};
 use pellucid_machine::pixel::MAX_SIDE;
+use pellucid_machine::{Kind, Model};
 use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::output::partial::leave_behind;
 use pellucid_testbench::output::{OutputError, abandon};
 use pellucid_testbench::room::Limit;
-use pellucid_testbench::scene::{AlphaRule, Camera, Options, built_in};
+use pellucid_testbench::scene::{AlphaRule, Camera, Options, Order, built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -108,6 +109,11 @@ struct ViewArgs {
     /// [default: what the file states, 0.5 where it states none]
     #[arg(long, value_name = "[NAME=]ALPHA")]
     alpha: Vec<AlphaRule>,
+    /// How the rasteriser goes through a triangle, a splat or a particle: `scan-line`, row by row, `tile-8x8`, tiles of 8x8
+    /// pixels, `morton`, along the Z-order curve, or `quad`, quads of 2x2 pixels. Machines that take triangles go through
+    /// these row by row themselves [default: scan-line]
+    #[arg(long, value_name = "ORDER")]
+    order: Option<Order>,
     /// Most memory that a mesh may take while it is read, as `4G` [default: half of what the computer has left]
     #[arg(long, value_name = "BYTES")]
     memory_limit: Option<Limit>,
@@ -120,11 +126,22 @@ impl ViewArgs {
             height: self.height,
             camera: self.camera,
             alphas: self.alpha.clone(),
+            order: self.order,
             memory_limit: self.memory_limit,
         };
         let source = Source::open(scene, &options)?;
         source.notes().iter().for_each(|note| tell(&format!("note: {note}")));
         Ok(source)
+    }
+
+    /// Says where an order of fragments is asked for that a machine does not follow.
+    fn tell_of_order(&self, name: &str, machine: &dyn Model) {
+        let order = self.order.filter(|order| *order != Order::default());
+        if let (Some(order), Kind::Primitives) = (order, machine.kind()) {
+            tell(&format!(
+                "note: {name} goes through triangles itself, row by row: --order {order} is for other machines"
+            ));
+        }
     }
 
     /// What is given of it: options with their values.
@@ -133,7 +150,8 @@ impl ViewArgs {
         let height = self.height.map(|height| ("--height", height.to_string()));
         let camera = self.camera.map(|camera| ("--camera", camera.to_string()));
         let alphas = self.alpha.iter().map(|alpha| ("--alpha", alpha.to_string()));
-        width.into_iter().chain(height).chain(camera).chain(alphas).collect()
+        let order = self.order.map(|order| ("--order", order.to_string()));
+        width.into_iter().chain(height).chain(camera).chain(alphas).chain(order).collect()
     }
 }
 

@@ -69,6 +69,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     }
     let screen = source.screen();
     let machine = args.machine.build(screen)?;
+    args.scene.view.tell_of_order(arch.name, &*machine);
     let _folder = OutputFolder::claim(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);

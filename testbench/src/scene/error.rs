@@ -89,11 +89,13 @@ pub enum SceneError {
         /// What was asked for, in pixels.
         side: u32,
     },
-    /// A camera for a scene without depth of its own.
-    #[error("scene `{scene}` is a list of pixels: a camera cannot be set")]
-    NoCamera {
+    /// A camera, or an order of fragments, for a scene that is given as pixels.
+    #[error("scene `{scene}` is a list of pixels: {what} cannot be set")]
+    Pixels {
         /// The scene's name.
         scene: String,
+        /// What was asked for.
+        what: &'static str,
     },
     /// An alpha rule for a scene without meshes.
     #[error("scene `{scene}` has no meshes: an alpha cannot be set")]

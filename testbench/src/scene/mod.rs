@@ -16,6 +16,7 @@ mod clip;
 mod error;
 mod geometry;
 mod mesh;
+mod order;
 mod perspective;
 mod raster;
 mod set_up;
@@ -26,6 +27,7 @@ pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
 pub use camera::{Camera, CameraError};
 pub use error::SceneError;
+pub use order::{Order, OrderError};
 pub use set_up::point;
 
 use crate::room::{Limit, Room};
@@ -53,6 +55,8 @@ pub struct Options {
     pub camera: Option<Camera>,
     /// Opacities, applied in this order, so that a later rule wins.
     pub alphas: Vec<AlphaRule>,
+    /// In which order the fragments of a triangle, splat or particle come; row by row if `None`.
+    pub order: Option<Order>,
     /// The most memory that the scene may take; half of what the computer has left if `None`.
     pub memory_limit: Option<Limit>,
 }
@@ -88,6 +92,7 @@ impl Scene {
         let width = side("width", options.width, DEFAULT_WIDTH)?;
         let height = side("height", options.height, DEFAULT_HEIGHT)?;
         let info = |background| Screen { width, height, background };
+        let order = options.order.unwrap_or_default();
         match name {
             "glass" => {
                 let camera = options.camera.unwrap_or_else(built_in::glass::camera);
@@ -109,14 +114,14 @@ impl Scene {
             "smoke" => {
                 refuse_alphas(name, options)?;
                 let info = info(built_in::smoke::BACKGROUND);
-                Ok(Scene::of(info, Content::Smoke(Smoke::new(options.camera, info))))
+                Ok(Scene::of(info, Content::Smoke(Smoke::new(options.camera, info, order))))
             }
             "panes" => {
                 refuse_alphas(name, options)?;
-                refuse_camera(name, options)?;
+                refuse(name, "a camera", options.camera.is_some())?;
                 let (vertices, triangles) = built_in::panes::triangles();
                 let info = info(built_in::panes::BACKGROUND);
-                let content = Content::Panes(Projected::new(vertices, triangles, info));
+                let content = Content::Panes(Projected::new(vertices, triangles, info, order));
                 Ok(Scene::of(info, content))
             }
             _ => match built_in::paper::frame(name) {
@@ -163,7 +168,7 @@ impl Scene {
         self.info
     }
 
-    /// Plays the frame in arrival order, the same fragments at every call; all of them lie on the screen with a depth
+    /// Plays the frame in arrival order, the fragments of each triangle, splat or particle in the order asked for, the same fragments at every call; all of them lie on the screen with a depth
     /// below [`pellucid_machine::pixel::Z_FAR`].
     ///
     /// # Errors
@@ -178,8 +183,8 @@ impl Scene {
         }
     }
 
-    /// Plays the frame as primitives, in the order of [`Scene::play`]: triangles set up for an engine, and
-    /// fragments that are no triangle's each as a [`point`].
+    /// Plays the frame as primitives, in the order of [`Scene::play`]: triangles set up for an engine, which goes through
+    /// each row by row, and fragments that are no triangle's each as a [`point`].
     ///
     /// # Errors
     ///
@@ -216,13 +221,15 @@ fn surface(
     options: &Options,
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
-    Ok(Scene::of(info, Content::Surface(Surface::new(Arc::new(parts), camera, info))))
+    let order = options.order.unwrap_or_default();
+    Ok(Scene::of(info, Content::Surface(Surface::new(Arc::new(parts), camera, info, order))))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
     let scene = || name.to_owned();
     refuse_alphas(name, options)?;
-    refuse_camera(name, options)?;
+    refuse(name, "a camera", options.camera.is_some())?;
+    refuse(name, "an order of fragments", options.order.is_some())?;
     if info.width != DEFAULT_WIDTH {
         return Err(SceneError::FixedSize { scene: scene(), what: "width", side: info.width });
     }
@@ -239,10 +246,11 @@ fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {
     }
 }
 
-fn refuse_camera(name: &str, options: &Options) -> Result<(), SceneError> {
-    match options.camera {
-        None => Ok(()),
-        Some(_) => Err(SceneError::NoCamera { scene: name.into() }),
+/// Refuses what a list of pixels does not take, if it is given.
+fn refuse(name: &str, what: &'static str, given: bool) -> Result<(), SceneError> {
+    match given {
+        false => Ok(()),
+        true => Err(SceneError::Pixels { scene: name.into(), what }),
     }
 }
 

@@ -7,6 +7,7 @@
 
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
+use super::order::Order;
 use super::set_up::SetUp;
 use glam::{DVec4, Vec4};
 use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
@@ -37,25 +38,26 @@ pub(super) struct Corner {
 pub(super) struct Raster {
     width: u32,
     height: u32,
+    order: Order,
 }
 
 impl Raster {
-    /// For a frame of this size.
-    pub fn new(info: Screen) -> Raster {
-        Raster { width: info.width, height: info.height }
+    /// For a frame of this size; fragments come in this order.
+    pub fn new(info: Screen, order: Order) -> Raster {
+        Raster { width: info.width, height: info.height, order }
     }
 
-    /// Sends the fragments of one triangle, either side of it, row by row.
+    /// Sends the fragments of one triangle, either side of it.
     pub fn draw<E>(
         &self,
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.on_screen(triangle, &mut |triangle| triangle.draw(sink))
+        self.on_screen(triangle, &mut |triangle| triangle.draw(self.order, sink))
     }
 
     /// Sends one triangle, either side of it, set up for an engine: as several where it had to be cut or its colours
-    /// are no plane, as none where it has no pixel. Their fragments are those of [`Raster::draw`].
+    /// are no plane, as none where it has no pixel. Their fragments, row by row, are those of [`Raster::draw`].
     pub fn set_up<E>(
         &self,
         triangle: [Vertex; 3],

@@ -6,9 +6,10 @@
 //! perspective are too far from that, a triangle comes in pieces, each a part of a row. No corner lies at the far plane, where
 //! it could not be seen.
 
+use super::order::Order;
 use super::perspective::{Shade, is_plane};
 use super::raster::{Corner, PIXEL, Placed, centre, cross, owns_its_points};
-use crate::golden::primitive::{columns, fragments};
+use crate::golden::primitive::{columns, fragment};
 use pellucid_machine::pixel::{Fragment, Z_FAR};
 use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, FRACTION_BITS, Primitive, Side, Z_PLANE_BITS,
@@ -97,10 +98,29 @@ impl SetUp {
         if self.spans.is_empty() { std::slice::from_ref(&self.whole) } else { &self.spans }
     }
 
-    /// Sends its fragments, row by row.
-    pub fn draw<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
-        let mut primitives = self.primitives().iter();
-        primitives.try_for_each(|p| fragments(p, self.width).try_for_each(&mut *sink))
+    /// Sends the fragments of its primitives.
+    pub fn draw<E>(
+        &self,
+        order: Order,
+        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let of = |primitive: &Primitive, row| columns(primitive, row, self.width);
+        let rows = self.whole.row..self.whole.last_row + 1;
+        order.runs(rows, |row| of(&self.whole, row), &mut |row, mut run| {
+            if self.spans.is_empty() {
+                return run.try_for_each(|column| sink(fragment(&self.whole, column, row)));
+            }
+            let before = |span: &Primitive| (span.row, of(span, span.row).end) <= (row, run.start);
+            for span in &self.spans[self.spans.partition_point(before)..] {
+                let end = of(span, row).end.min(run.end);
+                (run.start..end).try_for_each(|column| sink(fragment(span, column, row)))?;
+                run.start = end;
+                if run.is_empty() {
+                    break;
+                }
+            }
+            Ok(())
+        })
     }
 }
 

@@ -7,6 +7,7 @@ use super::Screen;
 use super::camera::{Camera, View};
 use super::clip::Vertex;
 use super::geometry::Part;
+use super::order::Order;
 use super::raster::Raster;
 use super::set_up::point;
 use super::splat::Ellipse;
@@ -40,11 +41,17 @@ pub(super) struct Projected {
     splats: Vec<Ellipse>,
     raster: Raster,
     info: Screen,
+    order: Order,
 }
 
 impl Surface {
     /// Lights the parts as seen by the camera, or by one that shows all of them if `None`.
-    pub fn new(parts: Arc<Vec<Part>>, camera: Option<Camera>, info: Screen) -> Surface {
+    pub fn new(
+        parts: Arc<Vec<Part>>,
+        camera: Option<Camera>,
+        info: Screen,
+        order: Order,
+    ) -> Surface {
         let points: Vec<Vec3> = parts.iter().flat_map(|part| &part.positions).copied().collect();
         let aspect = f64::from(info.width) / f64::from(info.height);
         let camera = camera.unwrap_or_else(|| Camera::framing(&points, aspect));
@@ -68,20 +75,27 @@ impl Surface {
                 colour: lit(part, i, normals[i], &view),
             }));
         }
-        let projected = Projected { splats, ..Projected::new(vertices, triangles, info) };
+        let projected = Projected { splats, ..Projected::new(vertices, triangles, info, order) };
         Surface { parts, camera, info, projected }
     }
 
     /// The same parts after the camera has gone round what it looks at by so many degrees.
     pub fn turned(&self, degrees: f64) -> Surface {
-        Surface::new(self.parts.clone(), Some(self.camera.turned(degrees)), self.info)
+        let (parts, camera) = (self.parts.clone(), self.camera.turned(degrees));
+        Surface::new(parts, Some(camera), self.info, self.projected.order)
     }
 }
 
 impl Projected {
-    /// Triangles by the numbers of their corners.
-    pub fn new(vertices: Vec<Vertex>, triangles: Vec<[u32; 3]>, info: Screen) -> Projected {
-        Projected { vertices, triangles, splats: vec![], raster: Raster::new(info), info }
+    /// Triangles by the numbers of their corners; the fragments of each come in this order.
+    pub fn new(
+        vertices: Vec<Vertex>,
+        triangles: Vec<[u32; 3]>,
+        info: Screen,
+        order: Order,
+    ) -> Projected {
+        let raster = Raster::new(info, order);
+        Projected { vertices, triangles, splats: vec![], raster, info, order }
     }
 
     /// How many triangles and splats a play goes through.
@@ -94,7 +108,7 @@ impl Projected {
         for corners in &self.triangles {
             self.raster.draw(corners.map(|i| self.vertices[i as usize]), sink)?;
         }
-        self.splats.iter().try_for_each(|splat| splat.draw(self.info, sink))
+        self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, sink))
     }
 
     /// Sends all triangles, set up, then each fragment of the splats as a [`point`], in order of submission.
@@ -106,7 +120,7 @@ impl Projected {
             self.raster.set_up(corners.map(|i| self.vertices[i as usize]), sink)?;
         }
         let mut each = |fragment| sink(point(fragment));
-        self.splats.iter().try_for_each(|splat| splat.draw(self.info, &mut each))
+        self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, &mut each))
     }
 }
 

@@ -6,6 +6,7 @@
 //! depth of its centre. Nothing is sorted: that is the hardware's work.
 
 use super::camera::View;
+use super::order::Order;
 use super::raster::{depth, packed};
 use glam::{DMat3, DVec2, DVec3, Mat3, Quat, Vec3, Vec4};
 use pellucid_machine::pixel::{Fragment, Screen};
@@ -89,10 +90,11 @@ impl Ellipse {
         })
     }
 
-    /// Sends the fragments, row by row.
+    /// Sends the fragments.
     pub fn draw<E>(
         &self,
         screen: Screen,
+        order: Order,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
         let span = |centre: f64, reach: f64, pixels: u32| {
@@ -101,8 +103,10 @@ impl Ellipse {
             first..((centre + reach - 0.5).floor() + 1.0).clamp(0.0, f64::from(pixels)) as u32
         };
         let [of_columns, of_both, of_rows] = self.inverse;
-        for y in span(self.centre.y, self.reach.y, screen.height) {
-            for x in span(self.centre.x, self.reach.x, screen.width) {
+        let rows = span(self.centre.y, self.reach.y, screen.height);
+        let columns = span(self.centre.x, self.reach.x, screen.width);
+        order.runs(rows, |_| columns.clone(), &mut |y, run| {
+            for x in run {
                 let away = DVec2::new(f64::from(x), f64::from(y)) + 0.5 - self.centre;
                 let distance = of_columns * away.x * away.x
                     + 2.0 * of_both * away.x * away.y
@@ -113,8 +117,8 @@ impl Ellipse {
                     sink(Fragment { x, y, z: self.z, rgba, label: Label::NONE })?;
                 }
             }
-        }
-        Ok(())
+            Ok(())
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What holds for every scene: options and their messages, fragments on the screen, the same ones at every play.
 
 use super::*;
+use crate::golden::Golden;
 use pellucid_machine::pixel::Z_FAR;
 use std::convert::Infallible;
 use std::path::Path;
@@ -83,6 +84,47 @@ fn alpha_rules_reach_the_fragments_by_name_and_in_order() {
     assert!(default.iter().all(|f| f.rgba & 0xff == 128));
 }
 
+/// Triangles, particles and splats, each in another order: the same fragments, and the same image.
+#[test]
+fn an_order_of_fragments_changes_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let splats = folder.path().join("splats.ply");
+    let properties =
+        "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
+    let properties = properties.split(' ').map(|name| format!("property float {name}\n"));
+    let header = "ply\nformat ascii 1.0\nelement vertex 2\n".to_string();
+    let text = header
+        + &properties.collect::<String>()
+        + "end_header\n0 0 0 1 0 0 3 -1 -1 -1 1 0 0 0\n1 1 0 0 1 0 1 0 -1 -2 1 0.3 0 0\n";
+    std::fs::write(&splats, text).unwrap();
+    for name in ["glass", "smoke", "panes", splats.to_str().unwrap()] {
+        let in_order = |order| {
+            let options = Options { order: Some(order), ..sized(120, 90) };
+            fragments(&Scene::open(name, &options).unwrap())
+        };
+        let default = fragments(&Scene::open(name, &sized(120, 90)).unwrap());
+        let sorted = |fragments: &[Fragment]| {
+            let mut fragments: Vec<_> = fragments.iter().map(|f| (f.y, f.x, f.z, f.rgba)).collect();
+            fragments.sort_unstable();
+            fragments
+        };
+        let image = |fragments: &[Fragment]| {
+            let screen = Screen { width: 120, height: 90, background: 0 };
+            Golden::new(screen).of(fragments).unwrap().image
+        };
+        assert_eq!(in_order(Order::ScanLine), default);
+        for order in [Order::Tile8x8, Order::Morton, Order::Quad] {
+            let others = in_order(order);
+            assert_ne!(others, default, "{name}, {order}");
+            assert!(sorted(&others) == sorted(&default), "{name}, {order}");
+            assert!(image(&others) == image(&default), "{name}, {order}");
+        }
+    }
+    let options = Options { order: Some(Order::Morton), ..sized(64, 48) };
+    let turned = |options| fragments(&Scene::open("teapot", options).unwrap().turned(3.0).unwrap());
+    assert_ne!(turned(&options), turned(&sized(64, 48)));
+}
+
 #[test]
 fn scenes_of_triangles_are_seen_from_all_sides() {
     for name in ["glass", "teapot"] {
@@ -114,6 +156,11 @@ fn bad_options_are_refused_with_a_sentence() {
         ("glass", sized(640, 8193), "height 8193 is out of range: expected 1..=8192"),
         ("paper-0", sized(800, 480), "scene `paper-0` is always 640x480: width 800 cannot be had"),
         ("paper-0", sized(640, 600), "scene `paper-0` is always 640x480: height 600 cannot be had"),
+        (
+            "paper-480",
+            Options { order: Some(Order::Quad), ..Options::default() },
+            "scene `paper-480` is a list of pixels: an order of fragments cannot be set",
+        ),
         ("paper-480", camera, "scene `paper-480` is a list of pixels: a camera cannot be set"),
         ("paper-0", alphas("0.5"), "scene `paper-0` has no meshes: an alpha cannot be set"),
         ("smoke", alphas("0.5"), "scene `smoke` has no meshes: an alpha cannot be set"),

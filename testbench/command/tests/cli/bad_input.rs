@@ -33,6 +33,12 @@ fn names_and_values_are_checked() {
                  {known}"
             ),
         ),
+        (
+            &["--order", "rows"],
+            "invalid value 'rows' for '--order <ORDER>': `rows` is not an order: expected scan-line, tile-8x8, morton or \
+             quad"
+                .into(),
+        ),
         (&["-p", "sections"], "-p sections: expected NAME=VALUE".into()),
         (&["-p", "=3"], "-p =3: expected NAME=VALUE".into()),
         (
@@ -238,6 +244,11 @@ fn traces_are_checked() {
     ] {
         refused(folder.path(), &["run", "--scene", name, "--out", "out"], &message);
     }
+    refused(
+        folder.path(),
+        &["run", "--scene", "good.csv", "--order", "quad"],
+        "`good.csv` is a trace: an order of fragments cannot be set, a trace has its own pixels",
+    );
     refused(
         folder.path(),
         &["run", "--scene", "good.csv", "--width", "9"],

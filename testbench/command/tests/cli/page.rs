@@ -59,6 +59,21 @@ fn machines_of_fragments_and_of_primitives_give_one_image_in_perspective() {
     assert!(!page.contains("pixels differ"));
 }
 
+/// Those that take triangles have their own order, and say so.
+#[test]
+fn machines_of_fragments_and_of_primitives_give_one_image_in_any_order() {
+    let folder = folder();
+    let machines = ["--machine", "tbuffer", "--machine", "composer", "--order", "morton"];
+    let frame = ["--scene", "glass", "--width", "80", "--height", "60", "--quiet"];
+    let output = pellucid(folder.path(), &[&["compare"], &machines[..], &frame].concat());
+    let note = "composer:vc1 goes through triangles itself, row by row: --order morton is for other machines";
+    assert_eq!(stderr(&output), format!("note: {note}\n"));
+    assert_eq!(output.status.code(), Some(0));
+    let page = fs::read_to_string(folder.path().join("pellucid-compare/compare.html")).unwrap();
+    let names = "tbuffer:fast; composer:vc1.";
+    assert!(page.contains(&format!("The same image, bit for bit, came from: {names}<")));
+}
+
 /// The colours of an embedded PNG, three bytes a pixel, and its size.
 fn pixels(uri: &str) -> (u32, u32, Vec<u8>) {
     let data = uri.strip_prefix("data:image/png;base64,").unwrap();

@@ -2,6 +2,7 @@
 
 use crate::scene::Screen;
 use crate::scene::camera::Camera;
+use crate::scene::order::Order;
 use crate::scene::raster::{depth, packed};
 use glam::{DVec3, Vec3, Vec4, vec3};
 use pellucid_machine::pixel::Fragment;
@@ -22,6 +23,7 @@ const SEED: u64 = 7;
 pub(in crate::scene) struct Smoke {
     discs: Vec<Disc>,
     info: Screen,
+    order: Order,
 }
 
 /// A particle on the screen, at one depth all over.
@@ -44,8 +46,8 @@ struct Particle {
 }
 
 impl Smoke {
-    /// The column as seen by the camera, or as a whole if `None`.
-    pub fn new(camera: Option<Camera>, info: Screen) -> Smoke {
+    /// The column as seen by the camera, or as a whole if `None`; the fragments of each disc come in this order.
+    pub fn new(camera: Option<Camera>, info: Screen, order: Order) -> Smoke {
         let particles = particles();
         let points: Vec<Vec3> = particles.iter().map(|particle| particle.centre).collect();
         let camera =
@@ -63,7 +65,7 @@ impl Smoke {
                 colour: particle.colour,
             })
         };
-        Smoke { discs: particles.iter().filter_map(disc).collect(), info }
+        Smoke { discs: particles.iter().filter_map(disc).collect(), info, order }
     }
 
     /// How many particles a play goes through.
@@ -71,7 +73,7 @@ impl Smoke {
         self.discs.len()
     }
 
-    /// Sends each disc's fragments row by row, without those whose alpha rounds to 0.
+    /// Sends each disc's fragments, without those whose alpha rounds to 0.
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         for disc in &self.discs {
             let span = |centre: f32, pixels: u32| {
@@ -79,20 +81,26 @@ impl Smoke {
                     [centre - disc.radius, centre + disc.radius].map(|edge| edge as u32);
                 first..last.saturating_add(1).min(pixels)
             };
-            for y in span(disc.y, self.info.height) {
-                for x in span(disc.x, self.info.width) {
-                    let away = (
-                        (x as f32 + 0.5 - disc.x) / disc.radius,
-                        (y as f32 + 0.5 - disc.y) / disc.radius,
-                    );
-                    let left = 1.0 - away.0 * away.0 - away.1 * away.1;
-                    let rgba =
-                        packed(disc.colour * Vec4::new(1.0, 1.0, 1.0, left.max(0.0).powi(2)));
-                    if rgba & 0xff != 0 {
-                        sink(Fragment { x, y, z: disc.z, rgba, label: Label::NONE })?;
+            let columns = span(disc.x, self.info.width);
+            self.order.runs(
+                span(disc.y, self.info.height),
+                |_| columns.clone(),
+                &mut |y, run| {
+                    for x in run {
+                        let away = (
+                            (x as f32 + 0.5 - disc.x) / disc.radius,
+                            (y as f32 + 0.5 - disc.y) / disc.radius,
+                        );
+                        let left = 1.0 - away.0 * away.0 - away.1 * away.1;
+                        let rgba =
+                            packed(disc.colour * Vec4::new(1.0, 1.0, 1.0, left.max(0.0).powi(2)));
+                        if rgba & 0xff != 0 {
+                            sink(Fragment { x, y, z: disc.z, rgba, label: Label::NONE })?;
+                        }
                     }
-                }
-            }
+                    Ok(())
+                },
+            )?;
         }
         Ok(())
     }

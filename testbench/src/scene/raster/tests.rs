@@ -7,7 +7,7 @@ use std::convert::Infallible;
 const SIDE: u32 = 24;
 
 fn raster() -> Raster {
-    Raster { width: SIDE, height: SIDE }
+    Raster { width: SIDE, height: SIDE, order: Order::ScanLine }
 }
 
 fn corner((x, y): (i64, i64)) -> Corner {
@@ -23,7 +23,7 @@ fn coverage(triangles: &[[(i64, i64); 3]]) -> Vec<u32> {
             Ok(())
         };
         if let Some(triangle) = SetUp::new(triangle.map(corner), SIDE, SIDE) {
-            let Ok(()) = triangle.draw(&mut sink);
+            let Ok(()) = triangle.draw(Order::ScanLine, &mut sink);
         }
     }
     counts
@@ -121,7 +121,8 @@ fn drawn(raster: Raster, triangle: [[f64; 4]; 3], colours: [Vec4; 3]) -> Vec<Fra
 fn a_triangle_over_the_whole_screen_gives_every_pixel_once() {
     let triangle = [[-1.0, -1.0, 0.5, 1.0], [3.0, -1.0, 0.5, 1.0], [-1.0, 3.0, 0.5, 1.0]];
     for (width, height) in [(1, 1), (640, 480), (8192, 3)] {
-        let fragments = drawn(Raster { width, height }, triangle, [Vec4::splat(128.0); 3]);
+        let fragments =
+            drawn(Raster { width, height, ..raster() }, triangle, [Vec4::splat(128.0); 3]);
         assert_eq!(fragments.len() as u32, width * height);
         assert!(fragments.iter().all(|f| f.rgba == 0x80808080 && f.z == Z_FAR / 2));
     }
@@ -183,7 +184,7 @@ fn colour_follows_perspective() {
     let red = |i: usize| {
         if i % 2 == 1 { Vec4::new(200.0, 0.0, 0.0, 255.0) } else { Vec4::W * 255.0 }
     };
-    let screen = Raster { width: 101, height: 101 };
+    let screen = Raster { width: 101, height: 101, ..raster() };
     let mut middle = Vec::new();
     for corners in [[0, 1, 2], [2, 1, 3]] {
         let fragments = drawn(screen, corners.map(|i| vertices[i]), corners.map(red));

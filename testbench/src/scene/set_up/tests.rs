@@ -1,7 +1,7 @@
 //! Set-up against perspective in floats; the hardware's walk against the golden model's closed form; the widths.
 
 use super::*;
-use crate::golden::primitive::{bound, fragment};
+use crate::golden::primitive::{bound, fragments};
 use crate::scene::{MAX_SIDE, Options, Scene, built_in};
 use glam::DVec4;
 use pellucid_machine::primitive::{
@@ -94,19 +94,29 @@ fn set_up(corners: [Corner; 3], side: u32) -> Vec<Primitive> {
     set_up.map_or(vec![], |set_up| set_up.primitives().to_vec())
 }
 
-/// A triangle's fragments are those of its primitives, at the centres that are inside, row by row, as deep as a plane in
-/// floats but for 1, and of the colour with perspective but for a level.
-fn check_fragments(corners: [Corner; 3]) -> Result<(), TestCaseError> {
+fn drawn(corners: [Corner; 3], order: Order) -> Vec<Fragment> {
     let mut drawn = vec![];
     if let Some(triangle) = SetUp::new(corners, SIDE, SIDE) {
-        let Ok(()) = triangle.draw(&mut |fragment| -> Result<(), Infallible> {
+        let Ok(()) = triangle.draw(order, &mut |fragment| -> Result<(), Infallible> {
             drawn.push(fragment);
             Ok(())
         });
     }
+    drawn
+}
+
+/// A triangle's fragments are those of its primitives, at the centres that are inside, row by row, as deep as a plane in
+/// floats but for 1, and of the colour with perspective but for a level; in any other order they are the same.
+fn check_fragments(corners: [Corner; 3]) -> Result<(), TestCaseError> {
+    let drawn = drawn(corners, Order::ScanLine);
     let primitives = set_up(corners, SIDE);
     let walked: Vec<Fragment> = primitives.iter().flat_map(|p| walked(p, SIDE)).collect();
     prop_assert_eq!(&drawn, &walked);
+    for order in Order::ALL {
+        let mut others = self::drawn(corners, order);
+        others.sort_by_key(|fragment| (fragment.y, fragment.x));
+        prop_assert_eq!(&drawn, &others, "{}", order);
+    }
 
     let opaque = corners.iter().all(|corner| corner.colour_over_w.w / corner.inv_w >= 254.5);
     let expected = oracle(corners);

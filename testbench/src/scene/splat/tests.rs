@@ -18,10 +18,11 @@ fn seen(deviations: Vec3, rotation: Quat, alpha: f32) -> Vec<Fragment> {
     let shape = covariance(deviations, rotation);
     let mut fragments = vec![];
     if let Some(ellipse) = Ellipse::new(Vec3::ZERO, shape, colour, &view, SCREEN) {
-        let Ok(()) = ellipse.draw(SCREEN, &mut |fragment| -> Result<(), Infallible> {
-            fragments.push(fragment);
-            Ok(())
-        });
+        let Ok(()) =
+            ellipse.draw(SCREEN, Order::ScanLine, &mut |fragment| -> Result<(), Infallible> {
+                fragments.push(fragment);
+                Ok(())
+            });
     }
     fragments
 }
