@@ -1,6 +1,6 @@
 //! Where a frame comes from: a scene or a trace.
 
-use crate::scene::{Options, Scene, SceneError, point};
+use crate::scene::{Contents, Options, Scene, SceneError, point};
 use crate::trace::{Trace, TraceError};
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::primitive::Primitive;
@@ -67,6 +67,14 @@ impl Source {
         match self {
             Source::Scene(scene) => scene.notes(),
             Source::Trace(_) | Source::Fragments(..) => &[],
+        }
+    }
+
+    /// What it is made of; nothing if it is not made of meshes.
+    pub fn contents(&self) -> Option<Contents> {
+        match self {
+            Source::Scene(scene) => scene.contents(),
+            Source::Trace(_) | Source::Fragments(..) => None,
         }
     }
 

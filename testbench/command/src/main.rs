@@ -4,6 +4,7 @@
 //! 130: stopped by a signal; what was not complete has been removed, but for a waveform, which is kept as far as it goes.
 
 mod area;
+mod check;
 mod compare;
 mod export;
 mod list;

@@ -1,5 +1,6 @@
 //! `pellucid run`: one frame, or several in a row, through one architecture.
 
+use super::check::check;
 use super::machine::MachineArgs;
 use super::wave::WaveArgs;
 use super::{NOT_RIGHT, SceneArgs, complain, finished, passes, say, tell};
@@ -20,6 +21,10 @@ use std::path::PathBuf;
 pub(super) struct RunArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    /// Only read the scene, and print what it holds and what of it is used: nothing is run, nothing is written. With --json
+    /// as JSON
+    #[arg(long)]
+    check: bool,
     #[command(flatten)]
     machine: MachineArgs,
     /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next; figures
@@ -57,6 +62,9 @@ fn frames(text: &str) -> Result<u32, String> {
 
 /// Runs; whether the result is right.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
+    if args.check {
+        return check(&args.scene, args.json, args.quiet);
+    }
     let arch = args.machine.arch()?;
     let source = args.scene.open()?;
     if args.frames > 1 && source.later(1).is_none() {

@@ -13,6 +13,7 @@ mod alpha;
 mod built_in;
 mod camera;
 mod clip;
+mod contents;
 mod error;
 mod geometry;
 mod mesh;
@@ -26,6 +27,7 @@ mod splat;
 pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
 pub use camera::{Camera, CameraError};
+pub use contents::{Contents, PartContents};
 pub use error::SceneError;
 pub use order::{Order, OrderError};
 pub use set_up::point;
@@ -149,6 +151,14 @@ impl Scene {
     /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// What it is made of; nothing if it is not made of meshes.
+    pub fn contents(&self) -> Option<Contents> {
+        match &self.content {
+            Content::Surface(surface) => Some(surface.contents()),
+            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
+        }
     }
 
     /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,

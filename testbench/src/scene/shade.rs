@@ -6,6 +6,7 @@
 use super::Screen;
 use super::camera::{Camera, View};
 use super::clip::Vertex;
+use super::contents::Contents;
 use super::geometry::Part;
 use super::order::Order;
 use super::raster::Raster;
@@ -77,6 +78,11 @@ impl Surface {
         }
         let projected = Projected { splats, ..Projected::new(vertices, triangles, info, order) };
         Surface { parts, camera, info, projected }
+    }
+
+    /// What it is made of.
+    pub fn contents(&self) -> Contents {
+        Contents::new(self.camera, &self.parts)
     }
 
     /// The same parts after the camera has gone round what it looks at by so many degrees.

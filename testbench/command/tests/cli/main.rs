@@ -10,6 +10,7 @@ use tempfile::TempDir;
 
 mod area;
 mod bad_input;
+mod check;
 mod compare;
 mod composer;
 mod export;
