@@ -62,21 +62,14 @@ impl Order {
         columns: impl Fn(u32) -> Range<u32>,
         each: &mut dyn FnMut(u32, Range<u32>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let side = match self {
-            Order::ScanLine => {
-                return rows.try_for_each(|row| match columns(row) {
-                    columns if columns.is_empty() => Ok(()),
-                    columns => each(row, columns),
-                });
-            }
-            Order::Tile8x8 => 8,
-            Order::Quad => 2,
-            Order::Morton => 1,
-        };
-        let shape = Shape { first: rows.start, rows: rows.map(columns).collect() };
         match self {
-            Order::Morton => shape.along_z(each),
-            _ => shape.by_squares(side, each),
+            Order::ScanLine => rows.try_for_each(|row| match columns(row) {
+                columns if columns.is_empty() => Ok(()),
+                columns => each(row, columns),
+            }),
+            Order::Tile8x8 => Shape::new(rows, columns).by_squares(8, each),
+            Order::Quad => Shape::new(rows, columns).by_squares(2, each),
+            Order::Morton => Shape::new(rows, columns).along_z(each),
         }
     }
 }
@@ -89,6 +82,10 @@ struct Shape {
 }
 
 impl Shape {
+    fn new(rows: Range<u32>, columns: impl Fn(u32) -> Range<u32>) -> Shape {
+        Shape { first: rows.start, rows: rows.map(columns).collect() }
+    }
+
     /// Its part of a square: each of its rows there with the columns there, where there are any.
     fn part(&self, (left, top): (u32, u32), side: u32) -> impl Iterator<Item = (u32, Range<u32>)> {
         let end = self.first + self.rows.len() as u32;
@@ -103,10 +100,9 @@ impl Shape {
     fn columns(&self, top: u32, rows: u32) -> Range<u32> {
         let end = self.first + self.rows.len() as u32;
         let rows = top.max(self.first)..end.min(top + rows);
-        let rows = rows.map(|row| &self.rows[(row - self.first) as usize]);
+        let rows = rows.map(|row| self.rows[(row - self.first) as usize].clone());
         let rows = rows.filter(|columns| !columns.is_empty());
-        let around = |a: Range<u32>, b: &Range<u32>| a.start.min(b.start)..a.end.max(b.end);
-        rows.fold(u32::MAX..0, around)
+        rows.reduce(|a, b| a.start.min(b.start)..a.end.max(b.end)).unwrap_or_default()
     }
 
     /// Squares row by row, and so the pixels of each.
