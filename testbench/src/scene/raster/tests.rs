@@ -1,6 +1,8 @@
 //! Coverage against a brute-force oracle, shared edges, depth, perspective and clipping.
 
 use super::*;
+use crate::golden::primitive::fragments;
+use glam::Vec3;
 use proptest::prelude::*;
 use std::convert::Infallible;
 
@@ -102,6 +104,36 @@ proptest! {
         });
         for fragment in drawn(raster(), triangle, [Vec4::splat(99.0); 3]) {
             prop_assert!(fragment.x < SIDE && fragment.y < SIDE && fragment.z < Z_FAR, "{:?}", fragment);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(600))]
+
+    /// Most of them are cut by a plane or two.
+    #[test]
+    fn fragments_are_the_walk_of_the_primitives(
+        clips in prop::array::uniform3(prop::array::uniform4(-6.0..6.0)),
+        colours in prop::array::uniform3((prop::array::uniform3(0f32..=255.0), prop_oneof![0f32..=255.0, Just(255.0)])),
+    ) {
+        let colours = colours.map(|(rgb, alpha)| Vec3::from(rgb).extend(alpha));
+        let vertices = [0, 1, 2].map(|i| Vertex { clip: clips[i].into(), colour: colours[i] });
+        let mut walked = vec![];
+        let Ok(()) = raster().set_up(vertices, &mut |primitive| -> Result<(), Infallible> {
+            walked.extend(fragments(&primitive, SIDE));
+            Ok(())
+        });
+        let drawn = drawn(raster(), clips, colours);
+        prop_assert_eq!(&drawn, &walked);
+        if colours.iter().all(|colour| colour.w >= 254.5) {
+            prop_assert!(drawn.iter().all(|fragment| fragment.is_opaque()));
+        }
+        let [low, high] = [Vec4::min, Vec4::max].map(|end| colours.into_iter().reduce(end).unwrap());
+        for (channel, shift) in [24, 16, 8].into_iter().enumerate() {
+            let range = low[channel] - 1.0..=high[channel] + 1.0;
+            let value = |fragment: &Fragment| (fragment.rgba >> shift & 0xff) as f32;
+            prop_assert!(drawn.iter().all(|fragment| range.contains(&value(fragment))));
         }
     }
 }

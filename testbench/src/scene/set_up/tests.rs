@@ -186,6 +186,11 @@ proptest! {
     }
 
     #[test]
+    fn a_huge_triangle_has_the_fragments_of_its_primitives(corners in far_corners()) {
+        check_fragments(corners)?;
+    }
+
+    #[test]
     fn a_walk_gives_what_the_closed_form_does(corners in prop_oneof![corners(), slivers()]) {
         check_walk(set_up(corners, SIDE))?;
     }
