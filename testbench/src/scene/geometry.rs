@@ -1,6 +1,8 @@
 //! Triangles as a loader or a builder hands them over: parts with names, before any lighting.
 
+use super::paint::Paint;
 use glam::{DVec3, Mat3, Vec3, Vec4};
+use std::sync::Arc;
 
 /// Opacity of a mesh that states none.
 pub(super) const DEFAULT_ALPHA: f32 = 0.5;
@@ -27,6 +29,10 @@ pub(super) struct Part {
     pub gloss: f32,
     /// How much more opaque the part is where it is seen edge-on, 0 not at all.
     pub rim: f32,
+    /// Whether the colours are drawn as they are, without light.
+    pub unlit: bool,
+    /// What gives the fragments their colours instead of `colours`, where there are textures or a cutoff of alpha.
+    pub paint: Option<Arc<Paint>>,
     /// Vertices of each triangle, all in range.
     pub triangles: Vec<[u32; 3]>,
     /// The covariance of the splat at each vertex, all finite, or empty if the vertices are those of triangles. Splats
@@ -46,8 +52,12 @@ impl Part {
         self
     }
 
-    /// Makes the part equally opaque all over.
+    /// Makes the part equally opaque all over, but where a cutoff leaves nothing of it.
     pub fn set_alpha(&mut self, alpha: f32) {
+        if let Some(paint) = &mut self.paint {
+            Arc::make_mut(paint).alpha = Some(alpha);
+            return;
+        }
         self.alpha = alpha;
         self.rim = 0.0;
         self.colours.iter_mut().for_each(|colour| colour.w = alpha);

@@ -7,7 +7,7 @@
 //!
 //! The path of a mesh: `mesh` reads the file into parts, `alpha` gives parts their opacity, `camera` places the
 //! eye, `shade` lights the vertices, `clip` and `raster` bring each triangle to the screen, `set_up` makes primitives of
-//! it, and the fragments are their walk.
+//! it, the fragments are their walk, and `paint` gives these their textures.
 
 mod alpha;
 mod built_in;
@@ -18,11 +18,14 @@ mod error;
 mod geometry;
 mod mesh;
 mod order;
+mod paint;
 mod perspective;
 mod raster;
 mod set_up;
 mod shade;
 mod splat;
+mod srgb;
+mod texture;
 
 pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
@@ -194,7 +197,8 @@ impl Scene {
     }
 
     /// Plays the frame as primitives, in the order of [`Scene::play`]: triangles set up for an engine, which goes through
-    /// each row by row, and fragments that are no triangle's each as a [`point`].
+    /// each row by row. Fragments that are no triangle's are each a [`point`], and so are those that a texture or a cutoff
+    /// of alpha makes, since an engine knows neither.
     ///
     /// # Errors
     ///

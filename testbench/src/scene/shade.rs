@@ -9,12 +9,14 @@ use super::clip::Vertex;
 use super::contents::Contents;
 use super::geometry::Part;
 use super::order::Order;
+use super::paint::Paint;
 use super::raster::Raster;
 use super::set_up::point;
 use super::splat::Ellipse;
 use glam::{Vec3, Vec4};
 use pellucid_machine::pixel::Fragment;
 use pellucid_machine::primitive::Primitive;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Direction of the key light in the camera's right, up and back axes.
@@ -39,10 +41,20 @@ pub(super) struct Surface {
 pub(super) struct Projected {
     vertices: Vec<Vertex>,
     triangles: Vec<[u32; 3]>,
+    /// In the order of their triangles.
+    painted: Vec<Painted>,
     splats: Vec<Ellipse>,
     raster: Raster,
     info: Screen,
     order: Order,
+}
+
+/// Triangles of one part whose fragments are painted.
+#[derive(Debug)]
+struct Painted {
+    triangles: Range<usize>,
+    first_vertex: u32,
+    paint: Arc<Paint>,
 }
 
 impl Surface {
@@ -59,7 +71,7 @@ impl Surface {
         let view = camera.view(&points, aspect);
         let mut vertices = Vec::with_capacity(points.len());
         let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
-        let mut splats = vec![];
+        let (mut painted, mut splats) = (vec![], vec![]);
         for part in &*parts {
             if !part.splats.is_empty() {
                 let seen = |i: usize| {
@@ -69,14 +81,20 @@ impl Surface {
                 continue;
             }
             let first = vertices.len() as u32;
+            let first_triangle = triangles.len();
             triangles.extend(part.triangles.iter().map(|corners| corners.map(|i| first + i)));
             let normals = part.unit_normals();
             vertices.extend((0..part.positions.len()).map(|i| Vertex {
                 clip: view.clip * part.positions[i].as_dvec3().extend(1.0),
                 colour: lit(part, i, normals[i], &view),
             }));
+            if let Some(paint) = part.paint.clone() {
+                let triangles = first_triangle..triangles.len();
+                painted.push(Painted { triangles, first_vertex: first, paint });
+            }
         }
-        let projected = Projected { splats, ..Projected::new(vertices, triangles, info, order) };
+        let projected =
+            Projected { painted, splats, ..Projected::new(vertices, triangles, info, order) };
         Surface { parts, camera, info, projected }
     }
 
@@ -100,8 +118,8 @@ impl Projected {
         info: Screen,
         order: Order,
     ) -> Projected {
-        let raster = Raster::new(info, order);
-        Projected { vertices, triangles, splats: vec![], raster, info, order }
+        let (painted, splats, raster) = (vec![], vec![], Raster::new(info, order));
+        Projected { vertices, triangles, painted, splats, raster, info, order }
     }
 
     /// How many triangles and splats a play goes through.
@@ -111,26 +129,66 @@ impl Projected {
 
     /// Sends the fragments of all triangles, then of all splats, in order of submission.
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
-        for corners in &self.triangles {
-            self.raster.draw(corners.map(|i| self.vertices[i as usize]), sink)?;
+        for (triangles, painted) in self.runs() {
+            for corners in &self.triangles[triangles] {
+                match painted {
+                    None => self.raster.draw(self.vertices(corners), sink)?,
+                    Some(painted) => self.draw_painted(painted, corners, sink)?,
+                }
+            }
         }
         self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, sink))
     }
 
-    /// Sends all triangles, set up, then each fragment of the splats as a [`point`], in order of submission.
+    /// Sends all triangles, set up, or each fragment of those that are painted as a [`point`], then each fragment of the
+    /// splats so, in order of submission.
     pub fn play_primitives<E>(
         &self,
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
-        for corners in &self.triangles {
-            self.raster.set_up(corners.map(|i| self.vertices[i as usize]), sink)?;
+        for (triangles, painted) in self.runs() {
+            for corners in &self.triangles[triangles] {
+                match painted {
+                    None => self.raster.set_up(self.vertices(corners), sink)?,
+                    Some(painted) => {
+                        self.draw_painted(painted, corners, &mut |fragment| sink(point(fragment)))?
+                    }
+                }
+            }
         }
         let mut each = |fragment| sink(point(fragment));
         self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, &mut each))
     }
+
+    fn vertices(&self, corners: &[u32; 3]) -> [Vertex; 3] {
+        corners.map(|i| self.vertices[i as usize])
+    }
+
+    fn draw_painted<E>(
+        &self,
+        Painted { first_vertex, paint, .. }: &Painted,
+        corners: &[u32; 3],
+        sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let vertices = self.vertices(corners);
+        let corners = corners.map(|i| (i - first_vertex) as usize);
+        let mut paint = paint.paint(corners, &vertices, self.info, sink);
+        self.raster.draw(vertices, &mut paint)
+    }
+
+    /// All triangles in order, in runs that are painted alike.
+    fn runs(&self) -> impl Iterator<Item = (Range<usize>, Option<&Painted>)> {
+        let starts = std::iter::once(0).chain(self.painted.iter().map(|p| p.triangles.end));
+        let nexts = self.painted.iter().map(Some).chain([None]);
+        starts.zip(nexts).flat_map(|(start, next)| {
+            let end = next.map_or(self.triangles.len(), |next| next.triangles.start);
+            let painted = next.map(|next| (next.triangles.clone(), Some(next)));
+            [(start..end, None)].into_iter().chain(painted)
+        })
+    }
 }
 
-/// Colour of vertex `i`, 0..=255 per channel.
+/// Colour of vertex `i`, 0..=255 per channel; of a part that is painted, what multiplies it.
 fn lit(part: &Part, i: usize, normal: Vec3, view: &View) -> Vec4 {
     let [right, up, back] = view.axes.map(|axis| axis.as_vec3());
     let to_eye = (view.eye - part.positions[i].as_dvec3())
@@ -138,13 +196,17 @@ fn lit(part: &Part, i: usize, normal: Vec3, view: &View) -> Vec4 {
         .map_or(back, |to_eye| to_eye.as_vec3());
     let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
     let light = (KEY_LIGHT.x * right + KEY_LIGHT.y * up + KEY_LIGHT.z * back).normalize();
-    let base = part.colours.get(i).copied().unwrap_or_else(|| by_normal(normal).extend(part.alpha));
 
     let sky = 0.5 + 0.5 * normal.y;
     let diffuse = normal.dot(light).max(0.0);
+    let brightness = if part.unlit { 1.0 } else { 0.46 + 0.14 * sky + 0.5 * diffuse };
+    if part.paint.is_some() {
+        return Vec4::splat(brightness);
+    }
+    let base = part.colours.get(i).copied().unwrap_or_else(|| by_normal(normal).extend(part.alpha));
     let highlight =
         part.gloss * normal.dot((light + to_eye).normalize_or_zero()).max(0.0).powi(SHININESS);
-    let colour = base.truncate() * (0.46 + 0.14 * sky + 0.5 * diffuse) + highlight;
+    let colour = base.truncate() * brightness + highlight;
     let edge_on = (1.0 - normal.dot(to_eye).clamp(0.0, 1.0)).powi(2);
     let more = part.rim * (edge_on + highlight).min(1.0) * (MOST_RIM_ALPHA - base.w).max(0.0);
     // A whole number of 255ths, so that a uniform alpha comes out of the interpolation as one value.

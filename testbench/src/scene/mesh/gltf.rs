@@ -1,18 +1,24 @@
-//! glTF 2.0, as text or binary: node transforms, base colour factors, vertex colours.
+//! glTF 2.0, as text or binary: node transforms, materials with their textures, vertex colours.
 //!
-//! A part is one primitive at one node, named after the mesh, the node and the material. The base colour's alpha counts
-//! whatever the material's alpha mode says, since what is transparent is the point here. Textures, skins and morph
-//! targets are not looked at. Colours are linear in the file and come out gamma-encoded.
+//! A part is one primitive at one node, named after the mesh, the node and the material. Alpha counts as the material's
+//! alpha mode says; a primitive without a material says nothing of it. Skins and morph targets are not looked at. Factors
+//! and colours of vertices are light in the file, those of images levels (glTF 2.0, 3.9.2).
 
 mod buffers;
+mod extensions;
+mod images;
+mod materials;
 
 use super::{Reading, bad};
 use crate::scene::SceneError;
-use crate::scene::geometry::{DEFAULT_ALPHA, Part, TRIANGLE_BYTES, VERTEX_BYTES};
+use crate::scene::geometry::{Part, TRIANGLE_BYTES, VERTEX_BYTES};
+use ::gltf::json::validation::Checked;
 use ::gltf::mesh::Mode;
 use ::gltf::{Document, Gltf, Node, Primitive, Semantic};
 use buffers::Buffers;
-use glam::{Mat3, Mat4, Vec3, Vec4};
+use glam::{Mat3, Mat4, Vec3};
+use images::Images;
+use materials::Vertices;
 use std::io::BufRead;
 
 /// Size of a GLB's header.
@@ -25,7 +31,8 @@ const MOST_SHARED: usize = 1 << 25;
 pub(super) fn load(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Part>, SceneError> {
     let path = file.path;
     let bytes = file.whole(path, bytes)?;
-    let (document, blob) = parse(path, &bytes)?;
+    let (document, blob) = parse(file, &bytes)?;
+    let mut images = Images::default();
     let buffers = Buffers::load(file, &document, blob)?;
     let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
         return Err(bad(path, None, "has no scene"));
@@ -46,32 +53,59 @@ pub(super) fn load(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Pa
         }
         let transform = above * Mat4::from_cols_array_2d(&node.transform().matrix());
         for (i, primitive) in node.mesh().iter().flat_map(|mesh| mesh.primitives()).enumerate() {
-            let bad =
-                |what| bad(path, None, format!("node {}, primitive {i}: {what}", node.index()));
-            take(&mut room, &primitive).map_err(bad)?;
+            let error = |what: String| {
+                bad(path, None, format!("node {}, primitive {i}: {what}", node.index()))
+            };
+            take(&mut room, &primitive).map_err(error)?;
             file.take(bytes_of(&primitive))?;
-            if primitive.material().index().is_none() {
-                file.has_no_opacity();
-            }
-            parts.extend(part(&node, &primitive, transform, &buffers).map_err(bad)?);
+            let part = part(&node, &primitive, transform, &buffers).map_err(error)?;
+            let Some(mut part) = part else { continue };
+            let count = part.positions.len();
+            let vertices =
+                Vertices { primitive: &primitive, buffers: &buffers, count, error: &error };
+            materials::dress(file, &mut images, &vertices, &mut part)?;
+            parts.push(part);
         }
         let first_child = to_visit.len();
         to_visit.extend(node.children().map(|child| (child, transform)));
         to_visit[first_child..].reverse();
     }
+    images.tell(file);
     Ok(parts)
 }
 
 /// The document, with every index in it checked, and a GLB's binary part.
-fn parse(path: &str, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneError> {
-    let invalid = |error: ::gltf::Error| bad(path, None, format!("expected glTF 2.0: {error}"));
+fn parse(file: &mut Reading, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneError> {
+    let path = file.path;
+    let invalid = |error: ::gltf::Error| {
+        if is_version_1(bytes) {
+            return bad(path, None, "is glTF 1.0, expected glTF 2.0");
+        }
+        let what = match &error {
+            ::gltf::Error::Validation(faults) if !faults.is_empty() => {
+                let (place, fault) = &faults[0];
+                let more = match faults.len() - 1 {
+                    0 => String::new(),
+                    more => format!(", and {more} more like it"),
+                };
+                format!("{place}: {fault}{more}")
+            }
+            _ => error.to_string(),
+        };
+        bad(path, None, format!("expected glTF 2.0: {what}"))
+    };
     // Two checks that the library takes for granted: a GLB is as long as its header, and positions exist.
     let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8));
     if length.is_some_and(|bytes| bytes[0] < GLB_HEADER_BYTES && bytes[1..] == [0; 3]) {
         return Err(bad(path, None, "the length in the GLB's header is less than the header's"));
     }
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
-    let json = document.into_json();
+    let mut json = document.into_json();
+    extensions::check(file, &mut json)?;
+    // An application's own attributes are no concern of the picture.
+    for primitive in json.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
+    }
     let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
     for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
         let (index, count) = (accessor.value(), json.accessors.len());
@@ -83,7 +117,32 @@ fn parse(path: &str, bytes: &[u8]) -> Result<(Document, Option<Vec<u8>>), SceneE
             ));
         }
     }
+    // Bounds of positions are asked for by the library, often left out, and of no use here.
+    let positions: Vec<usize> = json
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Positions)))
+        .map(|accessor| accessor.value())
+        .collect();
+    for accessor in positions {
+        let accessor = &mut json.accessors[accessor];
+        accessor.min = Some(vec![0.0f32; 3].into());
+        accessor.max = accessor.min.clone();
+    }
     Ok((Document::from_json(json).map_err(invalid)?, blob))
+}
+
+/// Whether the file is of the version before, which is another format.
+fn is_version_1(bytes: &[u8]) -> bool {
+    let version = |json: serde_json::Value| {
+        let version = &json["asset"]["version"];
+        version.as_str().is_some_and(|version| version.starts_with("1."))
+    };
+    match bytes.strip_prefix(b"glTF") {
+        Some(rest) => rest.get(..4) == Some(&1u32.to_le_bytes()),
+        None => serde_json::from_slice(bytes).is_ok_and(version),
+    }
 }
 
 /// Takes the room of a primitive, its vertices and its indices from what is left.
@@ -126,13 +185,13 @@ fn part(
         return Ok(None);
     };
 
-    let material = primitive.material();
     let names = [
         node.mesh().and_then(|mesh| mesh.name().map(str::to_owned)),
         node.name().map(str::to_owned),
     ];
-    let mut part =
-        Part::new(names.into_iter().flatten().chain(material.name().map(str::to_owned)).collect());
+    let mut part = Part::new(
+        names.into_iter().flatten().chain(primitive.material().name().map(str::to_owned)).collect(),
+    );
     part.triangles = triangles;
     part.positions = positions.into_iter().map(|p| transform.transform_point3(p.into())).collect();
     if let Some(i) = part.positions.iter().position(|position| !position.is_finite()) {
@@ -152,33 +211,7 @@ fn part(
         same_count("NORMAL", part.normals.len())?;
     }
 
-    let has_material = material.index().is_some();
-    let factor =
-        if has_material { material.pbr_metallic_roughness().base_color_factor() } else { [1.0; 4] };
-    if let Some(accessor) = primitive.get(&Semantic::Colors(0)) {
-        part.colours = match accessor.dimensions() {
-            ::gltf::accessor::Dimensions::Vec3 => {
-                let alpha = if has_material { 1.0 } else { DEFAULT_ALPHA };
-                buffers
-                    .vectors::<3>(&accessor)?
-                    .into_iter()
-                    .map(|c| Vec3::from(c).extend(alpha))
-                    .collect()
-            }
-            _ => buffers.vectors::<4>(&accessor)?.into_iter().map(Vec4::from).collect(),
-        };
-        same_count("COLOR_0", part.colours.len())?;
-    } else if has_material {
-        part.colours = vec![Vec4::ONE; count];
-    }
-    part.colours.iter_mut().for_each(|colour| *colour = encoded(*colour * Vec4::from(factor)));
     Ok(Some(part))
-}
-
-/// A linear colour gamma-encoded, alpha as it is.
-fn encoded(linear: Vec4) -> Vec4 {
-    let linear = linear.clamp(Vec4::ZERO, Vec4::ONE);
-    linear.truncate().powf(1.0 / 2.2).extend(linear.w)
 }
 
 fn triangles(mode: Mode, indices: &[u32]) -> Option<Vec<[u32; 3]>> {
@@ -212,7 +245,7 @@ mod tests {
             "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
                           "min":[0,0,0],"max":[0,0,0]}],
             "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":0}]}]}"#;
-        let (document, _) = parse("a.gltf", json).unwrap();
+        let (document, _) = parse(&mut Reading::new("a.gltf", Room::new(None)), json).unwrap();
         let primitive = document.meshes().next().unwrap().primitives().next().unwrap();
         let mut room = 13;
         take(&mut room, &primitive).unwrap();
@@ -230,7 +263,8 @@ mod tests {
         let json = r#"{"asset":{"version":"2.0"},"buffers":[{"uri":"a.gltf","byteLength":9},
             {"uri":"./a.gltf","byteLength":42},{"uri":"data:;base64,AAAA","byteLength":3}]}"#;
         std::fs::write(&path, json).unwrap();
-        let (document, _) = parse("a.gltf", json.as_bytes()).unwrap();
+        let (document, _) =
+            parse(&mut Reading::new("a.gltf", Room::new(None)), json.as_bytes()).unwrap();
         let mut file = Reading::new(path.to_str().unwrap(), Room::new(None));
         let buffers = Buffers::load(&mut file, &document, None).unwrap();
         assert_eq!(buffers.bytes(), json.len() + 3);

@@ -6,9 +6,11 @@ use super::polygon::{Cut, Cutter};
 use crate::room::Room;
 use crate::scene::SceneError;
 use crate::scene::geometry::Part;
+use crate::scene::texture::{Encoded, Image};
 use glam::Vec3;
 use std::fmt;
 use std::io::{self, ErrorKind, Read};
+use std::sync::Arc;
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 20;
@@ -71,6 +73,14 @@ impl<'a> Reading<'a> {
         self.notes.push(format!("{}: {what}", self.path));
     }
 
+    /// Notes a sentence on the file, but not again.
+    pub fn note_once(&mut self, what: &str) {
+        let note = format!("{}: {what}", self.path);
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+
     /// Notes that the file has something that is not seen, and where.
     pub fn not_seen(&mut self, what: Option<(String, String)>) {
         self.passed_over.extend(what);
@@ -104,6 +114,17 @@ impl<'a> Reading<'a> {
             self.note(format!("not seen: {}", passed_over.collect::<Vec<_>>().join(", ")));
         }
         Loaded { parts, notes: self.notes, has_no_opacity: self.has_no_opacity }
+    }
+
+    /// Decodes a PNG or JPEG, once there is room for it; `error` says of which image something is wrong.
+    pub fn image(
+        &mut self,
+        bytes: &[u8],
+        error: &dyn Fn(&str) -> SceneError,
+    ) -> Result<Arc<Image>, SceneError> {
+        let encoded = Encoded::new(bytes).map_err(|what| error(&what))?;
+        self.take(encoded.bytes())?;
+        encoded.decode().map(Arc::new).map_err(|what| error(&what))
     }
 
     /// All bytes of the file, or of one that it names.

@@ -1,6 +1,7 @@
 //! Small files of every format, good ones for what is read, bad ones for the exact message.
 
 mod gltf;
+mod materials;
 mod obj;
 mod ply;
 

@@ -8,7 +8,7 @@ use crate::scene::mesh::{Reading, bad, open};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use gltf::accessor::DataType;
-use gltf::buffer::Source;
+use gltf::buffer::{Source, View};
 use gltf::{Accessor, Document};
 use percent_encoding::percent_decode_str;
 use std::collections::HashMap;
@@ -19,6 +19,33 @@ use std::rc::Rc;
 
 /// The content of all buffers of a document; those in the same file share it.
 pub(super) struct Buffers(Vec<Rc<Vec<u8>>>);
+
+/// The bytes at a URI, base64 `data:` or a file next to the mesh, which is taken from `files` where it is there.
+pub(super) fn at(
+    mesh: &mut Reading,
+    uri: &str,
+    files: &mut HashMap<PathBuf, Rc<Vec<u8>>>,
+    error: &dyn Fn(&str) -> SceneError,
+) -> Result<Rc<Vec<u8>>, SceneError> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let (_, text) = data.split_once(";base64,").ok_or_else(|| error("is no base64 data"))?;
+        mesh.take(text.len())?;
+        let data = STANDARD.decode(text);
+        return Ok(Rc::new(data.map_err(|_| error("is no valid base64 data"))?));
+    }
+    let name = percent_decode_str(uri).decode_utf8_lossy();
+    let file = Path::new(mesh.path).with_file_name("").join(&*name);
+    let path = file.to_string_lossy().into_owned();
+    match files.entry(fs::canonicalize(&file).unwrap_or(file)) {
+        Entry::Occupied(read) => Ok(read.get().clone()),
+        Entry::Vacant(new) => {
+            let data = open(Path::new(&path));
+            let unreadable = |source| SceneError::Unreadable { path: path.clone(), source };
+            let mut data = data.map_err(unreadable)?;
+            Ok(new.insert(Rc::new(mesh.whole(&path, &mut data)?)).clone())
+        }
+    }
+}
 
 impl Buffers {
     /// Loads the buffers of the document that was read from `mesh`.
@@ -37,31 +64,7 @@ impl Buffers {
                     .take()
                     .map(Rc::new)
                     .ok_or_else(|| error("is the binary part of a GLB, which is missing"))?,
-                Source::Uri(uri) => match uri.strip_prefix("data:") {
-                    Some(data) => {
-                        let (_, text) = data
-                            .split_once(";base64,")
-                            .ok_or_else(|| error("is no base64 data"))?;
-                        mesh.take(text.len())?;
-                        let data = STANDARD.decode(text);
-                        Rc::new(data.map_err(|_| error("is no valid base64 data"))?)
-                    }
-                    None => {
-                        let name = percent_decode_str(uri).decode_utf8_lossy();
-                        let file = Path::new(path).with_file_name("").join(&*name);
-                        let path = file.to_string_lossy().into_owned();
-                        match files.entry(fs::canonicalize(&file).unwrap_or(file)) {
-                            Entry::Occupied(read) => read.get().clone(),
-                            Entry::Vacant(new) => {
-                                let data = open(Path::new(&path));
-                                let unreadable =
-                                    |source| SceneError::Unreadable { path: path.clone(), source };
-                                let mut data = data.map_err(unreadable)?;
-                                new.insert(Rc::new(mesh.whole(&path, &mut data)?)).clone()
-                            }
-                        }
-                    }
-                },
+                Source::Uri(uri) => at(mesh, uri, &mut files, &error)?,
             };
             if data.len() < buffer.length() {
                 let (found, expected) = (data.len(), buffer.length());
@@ -79,7 +82,13 @@ impl Buffers {
         each.values().sum()
     }
 
-    /// Vectors of `N` floats, or of integers that stand for 0..=1 or -1..=1.
+    /// The bytes of a view, if they are in its buffer.
+    pub fn view(&self, view: &View) -> Option<&[u8]> {
+        let end = view.offset().checked_add(view.length())?;
+        self.0[view.buffer().index()].get(view.offset()..end)
+    }
+
+    /// Vectors of `N` floats, or of integers: those that are normalised stand for 0..=1 or -1..=1.
     pub fn vectors<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>, String> {
         let found = accessor.dimensions().multiplicity();
         if found != N {
@@ -89,16 +98,23 @@ impl Buffers {
             ));
         }
         let size = accessor.data_type().size();
-        let scalar = |bytes: &[u8]| match accessor.data_type() {
-            DataType::F32 => f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]),
-            DataType::U32 => {
-                u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as f32
-                    / u32::MAX as f32
-            }
-            DataType::U16 => f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0,
-            DataType::I16 => f32::from(i16::from_le_bytes([bytes[0], bytes[1]])) / 32767.0,
-            DataType::U8 => f32::from(bytes[0]) / 255.0,
-            DataType::I8 => f32::from(bytes[0] as i8) / 127.0,
+        let (kind, normalized) = (accessor.data_type(), accessor.normalized());
+        let scalar = |bytes: &[u8]| {
+            let (value, most) = match kind {
+                DataType::F32 => {
+                    return f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                }
+                DataType::U32 => {
+                    let value = u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                    (value as f32, u32::MAX as f32)
+                }
+                DataType::U16 => (f32::from(u16::from_le_bytes([bytes[0], bytes[1]])), 65535.0),
+                DataType::I16 => (f32::from(i16::from_le_bytes([bytes[0], bytes[1]])), 32767.0),
+                DataType::U8 => (f32::from(bytes[0]), 255.0),
+                DataType::I8 => (f32::from(bytes[0] as i8), 127.0),
+            };
+            // The least integer stands for -1 as the next one does.
+            if normalized { (value / most).max(-1.0) } else { value }
         };
         let elements = self.elements(accessor)?;
         Ok(elements.map(|bytes| std::array::from_fn(|i| scalar(&bytes[i * size..]))).collect())
@@ -130,10 +146,7 @@ impl Buffers {
         };
         let (size, count) = (accessor.size(), accessor.count());
         let stride = view.stride().unwrap_or(size).max(size);
-        let buffer = &self.0[view.buffer().index()];
-        let bytes =
-            view.offset().checked_add(view.length()).and_then(|end| buffer.get(view.offset()..end));
-        let bytes = bytes.and_then(|bytes| bytes.get(accessor.offset()..));
+        let bytes = self.view(&view).and_then(|bytes| bytes.get(accessor.offset()..));
         let last_end =
             count.saturating_sub(1).checked_mul(stride).and_then(|start| start.checked_add(size));
         match (bytes, last_end) {

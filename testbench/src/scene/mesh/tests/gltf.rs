@@ -9,7 +9,7 @@ pub(super) fn gltf(buffer: &str) -> String {
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
         "nodes":[{{"name":"hall","translation":[0,5,0],"children":[1]}},
                  {{"name":"lamp","mesh":0,"translation":[10,0,0],"scale":[-1,1,1]}}],
-        "materials":[{{"name":"shade","pbrMetallicRoughness":{{"baseColorFactor":[1,0,1,0.25]}}}}],
+        "materials":[{{"name":"shade","alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorFactor":[1,0,1,0.25]}}}}],
         "meshes":[{{"name":"cone","primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"material":0}}]}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
                      {{"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}}],
@@ -120,7 +120,7 @@ fn gltf_vertex_colours_are_used_with_or_without_alpha() {
             .replace(r#","material":0"#, "")
     };
     // The colours lie over the second position, whose x is 1.0: the bytes 0, 0, 0x80, 0x3f.
-    let blue = (128.0f32 / 255.0).powf(1.0 / 2.2);
+    let blue = 1.055 * (128.0f32 / 255.0).powf(1.0 / 2.4) - 0.055;
     for (kind, alpha) in [("VEC3", 0.5), ("VEC4", 63.0 / 255.0)] {
         let colour = loaded("a.gltf", coloured(kind)).unwrap()[0].colours[0];
         assert!(colour.abs_diff_eq(vec4(0.0, 0.0, blue, alpha), 1e-6), "{colour}");

@@ -1,0 +1,195 @@
+//! Materials: base colour with its texture, alpha mode, transmission.
+
+use super::super::Reading;
+use super::buffers::Buffers;
+use super::images::Images;
+use crate::scene::SceneError;
+use crate::scene::geometry::{DEFAULT_ALPHA, Part};
+use crate::scene::paint::{Paint, Texture, Veil};
+use crate::scene::srgb::encoded;
+use ::gltf::accessor::Dimensions;
+use ::gltf::material::AlphaMode;
+use ::gltf::texture::Info;
+use ::gltf::{Primitive, Semantic};
+use glam::{Mat2, Vec2, Vec3, Vec4};
+use std::sync::Arc;
+
+/// Alpha below which a material with a mask is not there, if it states none (glTF 2.0, 3.9.4).
+const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// A primitive's vertices, and how to say what is wrong with them.
+pub(super) struct Vertices<'a> {
+    pub primitive: &'a Primitive<'a>,
+    pub buffers: &'a Buffers,
+    pub count: usize,
+    pub error: &'a dyn Fn(String) -> SceneError,
+}
+
+/// Gives a part its colours and what else its material says.
+pub(super) fn dress(
+    file: &mut Reading,
+    images: &mut Images,
+    vertices: &Vertices,
+    part: &mut Part,
+) -> Result<(), SceneError> {
+    let material = vertices.primitive.material();
+    let mut colours = vertices.colours()?;
+    if material.index().is_none() {
+        // What has no material says nothing of its opacity: alpha of its vertices counts.
+        file.has_no_opacity();
+        part.colours = colours.iter().copied().map(level).collect();
+        return Ok(());
+    }
+    let (factor, info) = match material.pbr_specular_glossiness() {
+        Some(other) => (other.diffuse_factor(), other.diffuse_texture()),
+        None => {
+            let base = material.pbr_metallic_roughness();
+            (base.base_color_factor(), base.base_color_texture())
+        }
+    };
+    colours.resize(vertices.count, Vec4::ONE);
+    colours.iter_mut().for_each(|colour| *colour = bounded(*colour * Vec4::from(factor)));
+    part.unlit = material.unlit();
+
+    let mut textures = Textures { file, images, vertices, places: vec![] };
+    let colour = match &info {
+        Some(info) => textures.get(info, |place, at| (place.x, place.y) = at.into())?,
+        None => None,
+    };
+    let mut veil = None;
+    if let Some(stated) = material.transmission().filter(|t| t.transmission_factor() > 0.0) {
+        let part = stated.transmission_factor().clamp(0.0, 1.0);
+        let texture = match &stated.transmission_texture() {
+            Some(info) => textures.get(info, |place, at| (place.z, place.w) = at.into())?,
+            None => None,
+        };
+        veil = Some(match texture {
+            Some(texture) => {
+                Veil { plain: 1.0, image: Some((texture, Vec4::new(-part, 0.0, 0.0, 0.0))) }
+            }
+            None => Veil { plain: 1.0 - part, image: None },
+        });
+    }
+    let mut places = textures.places;
+    if veil.is_some() {
+        file.note_once("transmission is drawn as an alpha of 1 - transmission");
+    }
+    let is_solid = material.alpha_mode() != AlphaMode::Blend;
+    let cutoff = (material.alpha_mode() == AlphaMode::Mask)
+        .then(|| material.alpha_cutoff().unwrap_or(DEFAULT_CUTOFF));
+    let is_plain = colour.is_none() && veil.as_ref().is_none_or(|veil| veil.image.is_none());
+    // A mask that no vertex falls below discards nothing.
+    if is_plain && colours.iter().all(|colour| colour.w >= cutoff.unwrap_or(0.0)) {
+        let left = veil.map_or(1.0, |veil| veil.plain);
+        part.colours = colours.into_iter().map(level).collect();
+        for colour in &mut part.colours {
+            colour.w = left * if is_solid { 1.0 } else { colour.w };
+        }
+        return Ok(());
+    }
+    places.resize(vertices.count, Vec4::ZERO);
+    file.take(size_of_val(&places[..]))?;
+    let paint = Paint { colours, places, colour, cutoff, is_solid, veil, alpha: None };
+    part.paint = Some(Arc::new(paint));
+    Ok(())
+}
+
+/// A colour within its range.
+fn bounded(colour: Vec4) -> Vec4 {
+    colour.clamp(Vec4::ZERO, Vec4::ONE)
+}
+
+/// A colour that is light as levels, alpha as it is.
+fn level(light: Vec4) -> Vec4 {
+    let light = bounded(light);
+    Vec3::from(light.truncate().to_array().map(encoded)).extend(light.w)
+}
+
+impl Vertices<'_> {
+    /// Colours as light with alpha, or none if the vertices have none.
+    fn colours(&self) -> Result<Vec<Vec4>, SceneError> {
+        let Some(accessor) = self.primitive.get(&Semantic::Colors(0)) else {
+            return Ok(vec![]);
+        };
+        let has_material = self.primitive.material().index().is_some();
+        let alpha = if has_material { 1.0 } else { DEFAULT_ALPHA };
+        let colours = match accessor.dimensions() {
+            Dimensions::Vec3 => {
+                let colours = self.buffers.vectors::<3>(&accessor).map_err(self.error)?;
+                colours.into_iter().map(|colour| Vec3::from(colour).extend(alpha)).collect()
+            }
+            _ => {
+                let colours = self.buffers.vectors::<4>(&accessor).map_err(self.error)?;
+                colours.into_iter().map(Vec4::from).collect()
+            }
+        };
+        self.counted("COLOR_0", colours)
+    }
+
+    /// These attributes, if there is one for each vertex.
+    pub fn counted<T>(&self, kind: &str, found: Vec<T>) -> Result<Vec<T>, SceneError> {
+        match found.len() == self.count {
+            true => Ok(found),
+            false => {
+                let (found, expected) = (found.len(), self.count);
+                Err((self.error)(format!(
+                    "has {found} of the attribute {kind}, expected {expected}"
+                )))
+            }
+        }
+    }
+
+    /// Where the vertices lie on a texture; nothing if they do not say.
+    fn places(&self, info: &Info) -> Result<Option<Vec<Vec2>>, SceneError> {
+        let transform = info.texture_transform();
+        let set = transform.as_ref().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord());
+        let Some(accessor) = self.primitive.get(&Semantic::TexCoords(set)) else {
+            return Ok(None);
+        };
+        let places = self.buffers.vectors::<2>(&accessor).map_err(self.error)?;
+        let mut places: Vec<Vec2> = places.into_iter().map(Vec2::from).collect();
+        if let Some(transform) = transform {
+            // Counter-clockwise as seen with the second axis downwards, as an image lies.
+            let (sin, cos) = transform.rotation().sin_cos();
+            let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+            let [scale, offset] = [transform.scale(), transform.offset()].map(Vec2::from);
+            places.iter_mut().for_each(|at| *at = turn * (scale * *at) + offset);
+        }
+        if let Some(i) = places.iter().position(|at| !at.is_finite()) {
+            return Err((self.error)(format!("TEXCOORD_{set} of vertex {i} is not finite")));
+        }
+        self.counted(&format!("TEXCOORD_{set}"), places).map(Some)
+    }
+}
+
+/// The textures of a material while they are read.
+struct Textures<'a, 'b, 'c> {
+    file: &'a mut Reading<'b>,
+    images: &'a mut Images,
+    vertices: &'a Vertices<'c>,
+    places: Vec<Vec4>,
+}
+
+impl Textures<'_, '_, '_> {
+    /// A texture that can be read, and where its vertices lie on it.
+    fn get(
+        &mut self,
+        info: &Info,
+        set: impl Fn(&mut Vec4, Vec2),
+    ) -> Result<Option<Texture>, SceneError> {
+        let Vertices { buffers, count, .. } = *self.vertices;
+        let texture = self.images.texture(self.file, buffers, &info.texture())?;
+        if texture.is_some() {
+            self.places.resize(count, Vec4::ZERO);
+            match self.vertices.places(info)? {
+                Some(found) => {
+                    self.places.iter_mut().zip(found).for_each(|(place, at)| set(place, at));
+                }
+                None => self.file.note_once(
+                    "where a primitive lies on its texture is not said: the texture is read at 0, 0",
+                ),
+            }
+        }
+        Ok(texture)
+    }
+}
