@@ -13,6 +13,9 @@ use pellucid_machine::pixel::{Fragment, Screen};
 use std::ops::{Add, Mul, Sub};
 use std::sync::Arc;
 
+/// Bytes that a vertex takes beside those of its part.
+pub(super) const PAINT_BYTES: usize = size_of::<[Vec4; 2]>();
+
 /// An image and how it goes on beyond its edges.
 #[derive(Clone, Debug)]
 pub(super) struct Texture {

@@ -71,6 +71,11 @@ impl Image {
         Image(levels)
     }
 
+    /// Whether a texel is not opaque.
+    pub fn has_alpha(&self) -> bool {
+        self.0[0].texels.iter().any(|texel| texel[3] < 255)
+    }
+
     /// Colour as light, mixed as light, and alpha at a point, all 0..=1. The image lies on the unit square, its first row at
     /// `y` = 0. `footprint` is how far the next pixel is along each axis.
     pub fn light(&self, point: Vec2, footprint: Vec2, wraps: [Wrap; 2]) -> Vec4 {

@@ -4,6 +4,7 @@
 //! indices in range, at least one triangle.
 
 mod gltf;
+mod images;
 mod lines;
 mod obj;
 mod ply;

@@ -5,13 +5,14 @@
 
 mod faces;
 mod material;
+mod painter;
 
 use super::Reading;
 use super::lines::Lines;
 use crate::scene::SceneError;
 use crate::scene::geometry::Part;
 use faces::Faces;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use material::{Library, number};
 use std::io::BufRead;
 
@@ -80,10 +81,14 @@ impl Reader {
                 Some(normal) => self.faces.normal(file, normal),
                 None => bad(file, "expected a normal as vn X Y Z"),
             },
-            "vt" => match words.next().and_then(number) {
-                Some(_) => Ok(()),
-                None => bad(file, "expected a texture coordinate as vt U V"),
-            },
+            "vt" => {
+                let numbers: Option<Vec<f32>> = words.take(2).map(number).collect();
+                match numbers.as_deref() {
+                    Some(&[u]) => self.faces.place(file, Vec2::new(u, 0.0)),
+                    Some(&[u, v]) => self.faces.place(file, Vec2::new(u, v)),
+                    _ => bad(file, "expected a texture coordinate as vt U V"),
+                }
+            }
             "f" | "fo" => self.faces.face(file, line, words),
             "p" | "l" => {
                 self.faces.pass_over(line, keyword == "p");

@@ -6,11 +6,9 @@ use super::polygon::{Cut, Cutter};
 use crate::room::Room;
 use crate::scene::SceneError;
 use crate::scene::geometry::Part;
-use crate::scene::texture::{Encoded, Image};
 use glam::Vec3;
 use std::fmt;
 use std::io::{self, ErrorKind, Read};
-use std::sync::Arc;
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 20;
@@ -114,17 +112,6 @@ impl<'a> Reading<'a> {
             self.note(format!("not seen: {}", passed_over.collect::<Vec<_>>().join(", ")));
         }
         Loaded { parts, notes: self.notes, has_no_opacity: self.has_no_opacity }
-    }
-
-    /// Decodes a PNG or JPEG, once there is room for it; `error` says of which image something is wrong.
-    pub fn image(
-        &mut self,
-        bytes: &[u8],
-        error: &dyn Fn(&str) -> SceneError,
-    ) -> Result<Arc<Image>, SceneError> {
-        let encoded = Encoded::new(bytes).map_err(|what| error(&what))?;
-        self.take(encoded.bytes())?;
-        encoded.decode().map(Arc::new).map_err(|what| error(&what))
     }
 
     /// All bytes of the file, or of one that it names.

@@ -3,6 +3,7 @@
 mod gltf;
 mod materials;
 mod obj;
+mod obj_textures;
 mod ply;
 
 use super::*;

@@ -19,20 +19,20 @@ pub(in super::super) struct Encoded<'a> {
 }
 
 enum Form<'a> {
-    Png(png::Reader<Cursor<&'a [u8]>>),
+    Png(Box<png::Reader<Cursor<&'a [u8]>>>),
     Jpeg(Box<JpegDecoder<Cursor<&'a [u8]>>>),
 }
 
 impl Encoded<'_> {
-    /// The PNG or JPEG that these bytes hold. The error says what was found in place of a usable one.
-    pub fn new(bytes: &[u8]) -> Result<Encoded<'_>, String> {
+    /// The PNG or JPEG that these bytes hold, or nothing if they hold neither. The error says what is wrong with it.
+    pub fn new(bytes: &[u8]) -> Result<Option<Encoded<'_>>, String> {
         let (width, height, form) = match bytes {
             [0x89, b'P', b'N', b'G', ..] => {
                 let mut decoder = png::Decoder::new(Cursor::new(bytes));
                 decoder.set_transformations(png::Transformations::normalize_to_color8());
                 let reader = decoder.read_info().map_err(no_png)?;
                 let (width, height) = reader.info().size();
-                (width as usize, height as usize, Form::Png(reader))
+                (width as usize, height as usize, Form::Png(Box::new(reader)))
             }
             [0xff, 0xd8, ..] => {
                 let options = DecoderOptions::default()
@@ -43,10 +43,10 @@ impl Encoded<'_> {
                 let (width, height) = decoder.dimensions().ok_or("is a JPEG without a size")?;
                 (width, height, Form::Jpeg(Box::new(decoder)))
             }
-            _ => return Err("is no PNG or JPEG".into()),
+            _ => return Ok(None),
         };
         match width.checked_mul(height) {
-            Some(texels @ 1..=MOST_TEXELS) => Ok(Encoded { texels, form }),
+            Some(texels @ 1..=MOST_TEXELS) => Ok(Some(Encoded { texels, form })),
             _ => Err(format!("is {width} x {height}, expected 1 to {MOST_TEXELS} texels")),
         }
     }

@@ -1,6 +1,7 @@
 //! The images of a glTF file and the textures that show them.
 
-use super::super::{Found, Reading, bad};
+use super::super::images::Unseen;
+use super::super::{Reading, bad};
 use super::buffers::{Buffers, at};
 use crate::scene::SceneError;
 use crate::scene::paint::Texture;
@@ -16,11 +17,10 @@ use std::sync::Arc;
 /// The images of a file, read where they are used.
 #[derive(Default)]
 pub(super) struct Images {
-    /// By their index; nothing for one whose file does not exist.
+    /// By their index; nothing for one that is not seen.
     read: HashMap<usize, Option<Arc<Image>>>,
     files: HashMap<PathBuf, Rc<Vec<u8>>>,
-    missing: Found,
-    other_forms: Found,
+    unseen: Unseen,
 }
 
 impl Images {
@@ -32,7 +32,7 @@ impl Images {
         texture: &::gltf::Texture,
     ) -> Result<Option<Texture>, SceneError> {
         let Some(source) = texture.source() else {
-            self.other_forms.add(format_args!("texture {}", texture.index()));
+            self.unseen.has_other_form(format_args!("that of texture {}", texture.index()));
             return Ok(None);
         };
         let image = match self.read.get(&source.index()) {
@@ -60,28 +60,27 @@ impl Images {
     ) -> Result<Option<Arc<Image>>, SceneError> {
         let path = file.path;
         let error = |what: &str| bad(path, None, format!("image {} {what}", image.index()));
+        let name = format_args!("image {}", image.index());
         match image.source() {
             Source::View { view, .. } => {
                 let bytes =
                     buffers.view(&view).ok_or_else(|| error("reaches beyond its buffer"))?;
-                file.image(bytes, &error).map(Some)
+                self.unseen.decoded(file, bytes, name, &error)
             }
             Source::Uri { uri, .. } => match at(file, uri, &mut self.files, &error) {
                 Err(SceneError::Unreadable { path, source })
                     if source.kind() == ErrorKind::NotFound =>
                 {
-                    self.missing.add(format_args!("`{path}`"));
+                    self.unseen.is_missing(&path);
                     Ok(None)
                 }
-                bytes => file.image(&bytes?, &error).map(Some),
+                bytes => self.unseen.decoded(file, &bytes?, name, &error),
             },
         }
     }
 
     /// Notes which images are not seen.
     pub fn tell(&self, file: &mut Reading) {
-        file.not_seen(self.missing.named("image that does not exist", "images that do not exist"));
-        let (one, several) = ("texture without a PNG or JPEG", "textures without a PNG or JPEG");
-        file.not_seen(self.other_forms.named(one, several));
+        self.unseen.tell(file);
     }
 }

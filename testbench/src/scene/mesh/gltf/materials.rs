@@ -5,7 +5,7 @@ use super::buffers::Buffers;
 use super::images::Images;
 use crate::scene::SceneError;
 use crate::scene::geometry::{DEFAULT_ALPHA, Part};
-use crate::scene::paint::{Paint, Texture, Veil};
+use crate::scene::paint::{PAINT_BYTES, Paint, Texture, Veil};
 use crate::scene::srgb::encoded;
 use ::gltf::accessor::Dimensions;
 use ::gltf::material::AlphaMode;
@@ -88,7 +88,7 @@ pub(super) fn dress(
         return Ok(());
     }
     places.resize(vertices.count, Vec4::ZERO);
-    file.take(size_of_val(&places[..]))?;
+    file.take(vertices.count * PAINT_BYTES)?;
     let paint = Paint { colours, places, colour, cutoff, is_solid, veil, alpha: None };
     part.paint = Some(Arc::new(paint));
     Ok(())

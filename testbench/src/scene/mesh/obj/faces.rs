@@ -1,23 +1,28 @@
 //! The vertices and faces of an OBJ, and the parts that they make.
 
 use super::material::{Library, Material};
+use super::painter::Painter;
 use crate::scene::SceneError;
 use crate::scene::geometry::{Part, TRIANGLE_BYTES, VERTEX_BYTES};
 use crate::scene::mesh::polygon::MOST_CORNERS;
 use crate::scene::mesh::{Found, Polygons, Reading};
-use glam::Vec3;
+use crate::scene::paint::PAINT_BYTES;
+use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::Arc;
 
-/// The index of a normal where there is no index.
+/// The index of a normal or of texture coordinates where there is no index.
 const NONE: u32 = u32::MAX;
-/// The index of a normal that there cannot be.
+/// The index of what there cannot be.
 const ASTRAY: u32 = u32::MAX - 1;
 
 /// A corner of a face: indices from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Corner {
     position: u32,
+    /// [`NONE`] if the corner has no place on a texture.
+    place: u32,
     /// [`NONE`] if the corner has no normal.
     normal: u32,
 }
@@ -42,6 +47,7 @@ pub(super) struct Faces {
     /// Of the first vertices, up to the last that has one.
     colours: Vec<Option<Vec3>>,
     normals: Vec<Vec3>,
+    places: Vec<Vec2>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
     runs: Vec<Run>,
@@ -72,6 +78,13 @@ impl Faces {
     pub fn normal(&mut self, file: &mut Reading, normal: Vec3) -> Result<(), SceneError> {
         file.take(size_of_val(&normal))?;
         self.normals.push(normal);
+        Ok(())
+    }
+
+    /// Takes texture coordinates.
+    pub fn place(&mut self, file: &mut Reading, place: Vec2) -> Result<(), SceneError> {
+        file.take(size_of_val(&place))?;
+        self.places.push(place);
         Ok(())
     }
 
@@ -134,8 +147,7 @@ impl Faces {
             None | Some("") if !is_needed => Ok(None),
             text => text.and_then(|text| text.parse::<i64>().ok()).map(Some).ok_or_else(form),
         };
-        let (vertex, _texture, normal) =
-            (next(true)?.unwrap_or_default(), next(false)?, next(false)?);
+        let (vertex, place, normal) = (next(true)?.unwrap_or_default(), next(false)?, next(false)?);
         if indices.next().is_some() {
             return Err(form());
         }
@@ -146,8 +158,11 @@ impl Faces {
             _ => format!("vertex index {vertex} is out of range, {found} vertices come before"),
         })?;
         // One that there is not may come to be used by nobody.
-        let normal = normal.map(|index| absolute(index, self.normals.len()).unwrap_or(ASTRAY));
-        Ok(Corner { position, normal: normal.unwrap_or(NONE) })
+        let other = |index: Option<i64>, count: usize| {
+            index.map_or(NONE, |index| absolute(index, count).unwrap_or(ASTRAY))
+        };
+        let place = other(place, self.places.len());
+        Ok(Corner { position, place, normal: other(normal, self.normals.len()) })
     }
 
     /// A part for each run of faces.
@@ -156,7 +171,7 @@ impl Faces {
     /// A face has a vertex that there is not, or the parts do not fit into memory.
     pub fn parts(self, file: &mut Reading, library: &mut Library) -> Result<Vec<Part>, SceneError> {
         let mut polygons = Polygons::default();
-        let mut astray = Found::default();
+        let (mut astray, mut placeless) = (Found::default(), Found::default());
         let mut parts = vec![];
         let (mut first_face, mut first) = (0, 0);
         for run in &self.runs {
@@ -166,6 +181,7 @@ impl Faces {
                 file.has_no_opacity();
             }
             let mut builder = Builder::new(&self, run, material);
+            builder.paint = Painter::new(library.textures(file, &run.material)?);
             let last = faces.last().map_or(first, |face| face.end);
             builder.has_normals = self.have_normals(&self.corners[first..last]);
             for face in faces {
@@ -186,10 +202,13 @@ impl Faces {
                 {
                     astray.add(place);
                 }
+                if builder.paint.is_some() && corners.iter().any(|c| self.placed(c).is_none()) {
+                    placeless.add(place);
+                }
                 builder.add(file, corners, &mut polygons, place)?;
             }
             first_face = run.end;
-            parts.push(builder.part);
+            parts.push(builder.part());
         }
         polygons.tell(file);
         file.not_seen(self.points.named("statement of points", "statements of points"));
@@ -204,7 +223,17 @@ impl Faces {
                 "{found} a normal that there is not ({place}): normals are made there"
             ));
         }
+        if let Some((found, place)) = placeless.named("face has", "faces have") {
+            file.note(format!(
+                "{found} no texture coordinates ({place}): the texture is read at 0, 0 there"
+            ));
+        }
         Ok(parts)
+    }
+
+    /// The texture coordinates of a corner.
+    fn placed(&self, corner: &Corner) -> Option<Vec2> {
+        self.places.get(corner.place as usize).copied()
     }
 
     /// Whether all corners have a normal.
@@ -221,6 +250,7 @@ struct Builder<'a> {
     has_colours: bool,
     /// Colour of the material.
     diffuse: Option<Vec3>,
+    paint: Option<Painter>,
     /// The vertices that the part has.
     known: HashMap<Corner, u32>,
     /// Positions of the corners of the face at hand.
@@ -240,6 +270,7 @@ impl<'a> Builder<'a> {
             has_normals: false,
             has_colours: !faces.colours.is_empty(),
             diffuse: material.and_then(|material| material.diffuse),
+            paint: None,
             known: HashMap::new(),
             outline: vec![],
         }
@@ -268,7 +299,11 @@ impl<'a> Builder<'a> {
 
     /// The vertex of the part that a corner is.
     fn vertex(&mut self, file: &mut Reading, corner: Corner) -> Result<u32, SceneError> {
-        let corner = if self.has_normals { corner } else { Corner { normal: NONE, ..corner } };
+        let corner = Corner {
+            normal: if self.has_normals { corner.normal } else { NONE },
+            place: if self.paint.is_some() { corner.place } else { NONE },
+            ..corner
+        };
         if let Some(vertex) = self.known.get(&corner) {
             return Ok(*vertex);
         }
@@ -281,11 +316,23 @@ impl<'a> Builder<'a> {
         if self.has_normals {
             part.normals.push(normals[corner.normal as usize]);
         }
-        let own = colours.get(corner.position as usize).copied().flatten();
-        let colour =
-            if self.has_colours { own.or(self.diffuse).or(Some(Vec3::ONE)) } else { self.diffuse };
+        let own = colours.get(corner.position as usize).copied().flatten().or(self.diffuse);
+        if let Some(paint) = &mut self.paint {
+            file.take(PAINT_BYTES)?;
+            let coordinates = self.faces.placed(&corner).unwrap_or_default();
+            paint.vertex(own.unwrap_or(Vec3::ONE), coordinates);
+            return Ok(vertex);
+        }
+        let colour = if self.has_colours { own.or(Some(Vec3::ONE)) } else { own };
         part.colours.extend(colour.map(|colour| colour.extend(part.alpha)));
         Ok(vertex)
+    }
+
+    /// The part with all its faces.
+    fn part(self) -> Part {
+        let Builder { mut part, paint, .. } = self;
+        part.paint = paint.map(|paint| Arc::new(paint.finish(part.alpha)));
+        part
     }
 }
 

@@ -1,16 +1,20 @@
 //! Material libraries: what a surface looks like, by its name.
 //!
-//! Read are `Kd`, `d` and `Tr`, and the names of `map_Kd` and `map_d`; everything else is passed over. A library that does
+//! Read are `Kd`, `d`, `Tr`, `map_Kd` and `map_d`; everything else is passed over. A library that does
 //! not exist is as good as none and noted; one that cannot be read is an error.
 
 use crate::scene::SceneError;
+use crate::scene::mesh::images::Unseen;
 use crate::scene::mesh::lines::Lines;
-use crate::scene::mesh::{Found, Reading, bad, beside, line_error, open, unmarked};
-use glam::Vec3;
+use crate::scene::mesh::{Reading, bad, beside, line_error, open, unmarked};
+use crate::scene::paint::Texture;
+use crate::scene::texture::{Image, Wrap};
+use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What a surface looks like.
 #[derive(Default)]
@@ -23,6 +27,8 @@ pub(super) struct Material {
     transparency: Option<f32>,
     /// `map_Kd` and `map_d`, the ones that are used.
     maps: Vec<Map>,
+    /// The library that it is in.
+    library: String,
 }
 
 /// A texture of a material.
@@ -40,6 +46,14 @@ pub(super) struct Map {
     pub clamp: bool,
 }
 
+impl Map {
+    /// Where a vertex with these coordinates, the second upwards, lies on the image, whose first row is at 0.
+    pub fn place(&self, coordinates: Vec2) -> Vec2 {
+        let at = coordinates * self.scale.truncate() + self.offset.truncate();
+        Vec2::new(at.x, 1.0 - at.y)
+    }
+}
+
 impl Material {
     /// The opacity, 0..=1: `d`, or what `Tr` leaves, or opaque. Programs that write both do not agree on `Tr`.
     pub fn alpha(&self) -> f32 {
@@ -53,6 +67,9 @@ pub(super) struct Library {
     materials: HashMap<String, Material>,
     /// The files that have been read. One that is named again would define the same once more.
     read: HashSet<PathBuf>,
+    /// By their path; nothing for one that is not seen.
+    images: HashMap<PathBuf, Option<Arc<Image>>>,
+    unseen: Unseen,
     /// Names of materials that were asked for in vain, without repetition.
     missing: Vec<String>,
 }
@@ -100,8 +117,9 @@ impl Library {
             let text = String::from_utf8_lossy(lines.text());
             let Some((keyword, rest)) = statement(&text) else { continue };
             if keyword == "newmtl" {
-                file.take(size_of::<Material>() + rest.len())?;
-                self.materials.insert(rest.to_owned(), Material::default());
+                file.take(size_of::<Material>() + shown.len() + rest.len())?;
+                let material = Material { library: shown.clone(), ..Material::default() };
+                self.materials.insert(rest.to_owned(), material);
                 current = Some(rest.to_owned());
             } else if let Some(material) =
                 current.as_ref().and_then(|name| self.materials.get_mut(name))
@@ -113,19 +131,59 @@ impl Library {
         Ok(())
     }
 
+    /// The textures of the material of that name that can be read, with how they lie.
+    pub fn textures(
+        &mut self,
+        file: &mut Reading,
+        name: &str,
+    ) -> Result<Vec<(Map, Texture)>, SceneError> {
+        let Some(Material { maps, library, .. }) = self.materials.get(name) else {
+            return Ok(vec![]);
+        };
+        let mut textures = vec![];
+        for map in maps {
+            let path = beside(library, &map.file);
+            let image = match self.images.get(&path) {
+                Some(image) => image.clone(),
+                None => {
+                    let image = read(file, &path, &mut self.unseen)?;
+                    self.images.insert(path, image.clone());
+                    image
+                }
+            };
+            let wraps = [if map.clamp { Wrap::Clamp } else { Wrap::Repeat }; 2];
+            textures.extend(image.map(|image| (map.clone(), Texture { image, wraps })));
+        }
+        Ok(textures)
+    }
+
     /// Notes what is not drawn of the materials.
     pub fn tell(&self, file: &mut Reading) {
-        let mut textures = Found::default();
-        let mut maps: Vec<&Map> =
-            self.materials.values().flat_map(|material| &material.maps).collect();
-        maps.sort_unstable_by(|a, b| (a.keyword, &a.file).cmp(&(b.keyword, &b.file)));
-        maps.iter().for_each(|map| textures.add(format_args!("{} `{}`", map.keyword, map.file)));
-        file.not_seen(textures.named("texture", "textures"));
+        self.unseen.tell(file);
         if let [first, rest @ ..] = &self.missing[..] {
             let more = if rest.is_empty() { "" } else { ", and others," };
             file.note(format!("the material `{first}`{more} is in no library"));
         }
     }
+}
+
+/// The image in a file, if it is seen.
+fn read(
+    file: &mut Reading,
+    path: &Path,
+    unseen: &mut Unseen,
+) -> Result<Option<Arc<Image>>, SceneError> {
+    let shown = path.to_string_lossy().into_owned();
+    let mut bytes = match open(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            unseen.is_missing(&shown);
+            return Ok(None);
+        }
+        Err(source) => return Err(SceneError::Unreadable { path: shown, source }),
+    };
+    let bytes = file.whole(&shown, &mut bytes)?;
+    unseen.decoded(file, &bytes, format_args!("`{shown}`"), &|what| bad(&shown, None, what))
 }
 
 /// The keyword of a line and what follows it.

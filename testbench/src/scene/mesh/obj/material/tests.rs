@@ -99,7 +99,9 @@ fn a_map_has_options_and_then_a_name_that_may_have_blanks() {
     );
     let (offset, scale) = (Vec3::new(0.5, 0.25, 0.0), Vec3::new(2.0, 1.0, 1.0));
     let placed = Map { offset, scale, clamp: true, ..plain.clone() };
-    assert_eq!(of("-o 0.5 0.25 -s 2 -t 1 1 1 -clamp on a.png"), Some(placed));
+    assert_eq!(of("-o 0.5 0.25 -s 2 -t 1 1 1 -clamp on a.png"), Some(placed.clone()));
+    // Twice over the image, then moved; the image's rows run downwards.
+    assert_eq!(placed.place(Vec2::new(0.25, 0.5)), Vec2::new(1.0, 0.25));
     for nothing in ["", "-clamp on", "-clamp", "-unknown 1 a.png"] {
         assert_eq!(of(nothing), None, "{nothing:?}");
     }
