@@ -1,6 +1,7 @@
 //! Small files of every format, good ones for what is read, bad ones for the exact message.
 
 mod gltf;
+mod gltf_data;
 mod materials;
 mod obj;
 mod obj_textures;

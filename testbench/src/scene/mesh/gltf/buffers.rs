@@ -1,7 +1,7 @@
 //! A glTF file's buffers and checked access to the vectors and indices in them.
 //!
 //! A buffer is the binary part of a GLB, a base64 `data:` URI, or a file next to the mesh. An accessor that reaches
-//! beyond its buffer, or whose type does not fit its use, is an error. Sparse accessors are not supported.
+//! beyond its buffer, or whose type does not fit its use, is an error.
 
 use crate::scene::SceneError;
 use crate::scene::mesh::{Reading, bad, open};
@@ -88,8 +88,12 @@ impl Buffers {
         self.0[view.buffer().index()].get(view.offset()..end)
     }
 
-    /// Vectors of `N` floats, or of integers: those that are normalised stand for 0..=1 or -1..=1.
-    pub fn vectors<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f32; N]>, String> {
+    /// The first `count` vectors, which is at most how many there are, of `N` floats, or of integers: those that are normalised stand for 0..=1 or -1..=1.
+    pub fn vectors<const N: usize>(
+        &self,
+        accessor: &Accessor,
+        count: usize,
+    ) -> Result<Vec<[f32; N]>, String> {
         let found = accessor.dimensions().multiplicity();
         if found != N {
             return Err(format!(
@@ -116,43 +120,80 @@ impl Buffers {
             // The least integer stands for -1 as the next one does.
             if normalized { (value / most).max(-1.0) } else { value }
         };
-        let elements = self.elements(accessor)?;
-        Ok(elements.map(|bytes| std::array::from_fn(|i| scalar(&bytes[i * size..]))).collect())
+        let vector = |bytes: &[u8]| std::array::from_fn(|i| scalar(&bytes[i * size..]));
+        self.elements(accessor, count, [0.0; N], vector)
     }
 
     /// Unsigned integers of any size.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>, String> {
-        let wide =
-            |bytes: &[u8]| bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte));
         match (accessor.dimensions().multiplicity(), accessor.data_type()) {
             (1, DataType::U8 | DataType::U16 | DataType::U32) => {
-                Ok(self.elements(accessor)?.map(wide).collect())
+                self.elements(accessor, accessor.count(), 0, wide)
             }
             _ => Err(format!("accessor {} is no list of indices", accessor.index())),
         }
     }
 
-    /// The bytes of each element.
-    fn elements<'a>(
-        &'a self,
+    /// The first `count` elements, each from its bytes: those of the view, or zero without one, with sparse ones in their place.
+    fn elements<T: Copy>(
+        &self,
         accessor: &Accessor,
-    ) -> Result<impl Iterator<Item = &'a [u8]>, String> {
+        count: usize,
+        zero: T,
+        element: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, String> {
         let index = accessor.index();
-        let view = match (accessor.view(), accessor.sparse()) {
-            (Some(view), None) => view,
-            _ => {
-                return Err(format!("accessor {index} is sparse or empty, which is not supported"));
-            }
-        };
-        let (size, count) = (accessor.size(), accessor.count());
-        let stride = view.stride().unwrap_or(size).max(size);
-        let bytes = self.view(&view).and_then(|bytes| bytes.get(accessor.offset()..));
-        let last_end =
-            count.saturating_sub(1).checked_mul(stride).and_then(|start| start.checked_add(size));
-        match (bytes, last_end) {
-            (Some(_), _) if count == 0 => Ok([].chunks(stride).take(0)),
-            (Some(bytes), Some(end)) if end <= bytes.len() => Ok(bytes.chunks(stride).take(count)),
-            _ => Err(format!("accessor {index} reaches beyond its buffer")),
+        if accessor.count() < count {
+            return Err(format!("accessor {index} has {}, expected {count}", accessor.count()));
         }
+        let size = accessor.size();
+        let beyond = |part: &str| format!("accessor {index} reaches {part}beyond its buffer");
+        let mut elements = match accessor.view() {
+            Some(view) => {
+                let bytes = self.each(&view, accessor.offset(), size, count);
+                bytes.ok_or_else(|| beyond(""))?.map(&element).collect()
+            }
+            None => vec![zero; count],
+        };
+        if let Some(sparse) = accessor.sparse() {
+            let (indices, values) = (sparse.indices(), sparse.values());
+            let width = indices.index_type().size();
+            let numbers = self.each(&indices.view(), indices.offset(), width, sparse.count());
+            let values = self.each(&values.view(), values.offset(), size, sparse.count());
+            let both = numbers.zip(values).ok_or_else(|| beyond("with its sparse elements "))?;
+            for (number, value) in both.0.map(wide).zip(both.1) {
+                // Those behind the first `count` are not asked for.
+                if number as usize >= accessor.count() {
+                    let what = format!("expected one below {}", accessor.count());
+                    return Err(format!("accessor {index} has the sparse index {number}, {what}"));
+                }
+                if let Some(place) = elements.get_mut(number as usize) {
+                    *place = element(value);
+                }
+            }
+        }
+        Ok(elements)
     }
+
+    /// The bytes of so many elements of a size in bytes, from an offset in a view on; nothing if they reach beyond it.
+    fn each<'a>(
+        &'a self,
+        view: &View,
+        offset: usize,
+        size: usize,
+        count: usize,
+    ) -> Option<impl Iterator<Item = &'a [u8]> + use<'a>> {
+        let stride = view.stride().unwrap_or(size).max(size);
+        let bytes = self.view(view)?.get(offset..)?;
+        let end = match count {
+            0 => 0,
+            _ => (count - 1).checked_mul(stride)?.checked_add(size)?,
+        };
+        (end <= bytes.len()).then(|| bytes.chunks(stride).take(count))
+    }
+}
+
+/// An unsigned integer, its lowest byte first.
+fn wide(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte))
 }

@@ -5,7 +5,8 @@ use crate::scene::SceneError;
 use ::gltf::json::Root;
 
 /// Extensions that are read.
-const READ: [&str; 5] = [
+const READ: [&str; 6] = [
+    "EXT_mesh_gpu_instancing",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",

@@ -1,31 +1,23 @@
 //! Materials: base colour with its texture, alpha mode, transmission.
 
 use super::super::Reading;
-use super::buffers::Buffers;
 use super::images::Images;
+use super::vertices::Vertices;
 use crate::scene::SceneError;
 use crate::scene::geometry::{DEFAULT_ALPHA, Part};
 use crate::scene::paint::{PAINT_BYTES, Paint, Texture, Veil};
 use crate::scene::srgb::encoded;
+use ::gltf::Semantic;
 use ::gltf::accessor::Dimensions;
 use ::gltf::material::AlphaMode;
 use ::gltf::texture::Info;
-use ::gltf::{Primitive, Semantic};
 use glam::{Mat2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
 /// Alpha below which a material with a mask is not there, if it states none (glTF 2.0, 3.9.4).
 const DEFAULT_CUTOFF: f32 = 0.5;
 
-/// A primitive's vertices, and how to say what is wrong with them.
-pub(super) struct Vertices<'a> {
-    pub primitive: &'a Primitive<'a>,
-    pub buffers: &'a Buffers,
-    pub count: usize,
-    pub error: &'a dyn Fn(String) -> SceneError,
-}
-
-/// Gives a part its colours and what else its material says.
+/// Gives a part its colours and what else its material says. The part has the vertices once or several times.
 pub(super) fn dress(
     file: &mut Reading,
     images: &mut Images,
@@ -33,11 +25,12 @@ pub(super) fn dress(
     part: &mut Part,
 ) -> Result<(), SceneError> {
     let material = vertices.primitive.material();
-    let mut colours = vertices.colours()?;
+    let instances = part.positions.len().checked_div(vertices.count).unwrap_or(0);
+    let mut colours = colours(vertices)?;
     if material.index().is_none() {
         // What has no material says nothing of its opacity: alpha of its vertices counts.
         file.has_no_opacity();
-        part.colours = colours.iter().copied().map(level).collect();
+        part.colours = colours.into_iter().map(level).collect::<Vec<_>>().repeat(instances);
         return Ok(());
     }
     let (factor, info) = match material.pbr_specular_glossiness() {
@@ -85,10 +78,12 @@ pub(super) fn dress(
         for colour in &mut part.colours {
             colour.w = left * if is_solid { 1.0 } else { colour.w };
         }
+        part.colours = part.colours.repeat(instances);
         return Ok(());
     }
     places.resize(vertices.count, Vec4::ZERO);
-    file.take(vertices.count * PAINT_BYTES)?;
+    file.take(part.positions.len() * PAINT_BYTES)?;
+    let (colours, places) = (colours.repeat(instances), places.repeat(instances));
     let paint = Paint { colours, places, colour, cutoff, is_solid, veil, alpha: None };
     part.paint = Some(Arc::new(paint));
     Ok(())
@@ -105,60 +100,36 @@ fn level(light: Vec4) -> Vec4 {
     Vec3::from(light.truncate().to_array().map(encoded)).extend(light.w)
 }
 
-impl Vertices<'_> {
-    /// Colours as light with alpha, or none if the vertices have none.
-    fn colours(&self) -> Result<Vec<Vec4>, SceneError> {
-        let Some(accessor) = self.primitive.get(&Semantic::Colors(0)) else {
-            return Ok(vec![]);
-        };
-        let has_material = self.primitive.material().index().is_some();
-        let alpha = if has_material { 1.0 } else { DEFAULT_ALPHA };
-        let colours = match accessor.dimensions() {
-            Dimensions::Vec3 => {
-                let colours = self.buffers.vectors::<3>(&accessor).map_err(self.error)?;
-                colours.into_iter().map(|colour| Vec3::from(colour).extend(alpha)).collect()
-            }
-            _ => {
-                let colours = self.buffers.vectors::<4>(&accessor).map_err(self.error)?;
-                colours.into_iter().map(Vec4::from).collect()
-            }
-        };
-        self.counted("COLOR_0", colours)
+/// Colours of the vertices as light with alpha, or none if they have none.
+fn colours(vertices: &Vertices) -> Result<Vec<Vec4>, SceneError> {
+    let semantic = Semantic::Colors(0);
+    let Some(accessor) = vertices.primitive.get(&semantic) else { return Ok(vec![]) };
+    if accessor.dimensions() != Dimensions::Vec3 {
+        let colours = vertices.attribute::<4>(semantic)?.unwrap_or_default();
+        return Ok(colours.into_iter().map(Vec4::from).collect());
     }
+    let has_material = vertices.primitive.material().index().is_some();
+    let alpha = if has_material { 1.0 } else { DEFAULT_ALPHA };
+    let colours = vertices.attribute::<3>(semantic)?.unwrap_or_default();
+    Ok(colours.into_iter().map(|colour| Vec3::from(colour).extend(alpha)).collect())
+}
 
-    /// These attributes, if there is one for each vertex.
-    pub fn counted<T>(&self, kind: &str, found: Vec<T>) -> Result<Vec<T>, SceneError> {
-        match found.len() == self.count {
-            true => Ok(found),
-            false => {
-                let (found, expected) = (found.len(), self.count);
-                Err((self.error)(format!(
-                    "has {found} of the attribute {kind}, expected {expected}"
-                )))
-            }
-        }
+/// Where the vertices lie on a texture; nothing if they do not say.
+fn places(vertices: &Vertices, info: &Info) -> Result<Option<Vec<Vec2>>, SceneError> {
+    let transform = info.texture_transform();
+    let set = transform.as_ref().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord());
+    let Some(places) = vertices.attribute::<2>(Semantic::TexCoords(set))? else { return Ok(None) };
+    let mut places: Vec<Vec2> = places.into_iter().map(Vec2::from).collect();
+    if let Some(transform) = transform {
+        // Counter-clockwise as seen with the second axis downwards, as an image lies.
+        let (sin, cos) = transform.rotation().sin_cos();
+        let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+        let [scale, offset] = [transform.scale(), transform.offset()].map(Vec2::from);
+        places.iter_mut().for_each(|at| *at = turn * (scale * *at) + offset);
     }
-
-    /// Where the vertices lie on a texture; nothing if they do not say.
-    fn places(&self, info: &Info) -> Result<Option<Vec<Vec2>>, SceneError> {
-        let transform = info.texture_transform();
-        let set = transform.as_ref().and_then(|t| t.tex_coord()).unwrap_or(info.tex_coord());
-        let Some(accessor) = self.primitive.get(&Semantic::TexCoords(set)) else {
-            return Ok(None);
-        };
-        let places = self.buffers.vectors::<2>(&accessor).map_err(self.error)?;
-        let mut places: Vec<Vec2> = places.into_iter().map(Vec2::from).collect();
-        if let Some(transform) = transform {
-            // Counter-clockwise as seen with the second axis downwards, as an image lies.
-            let (sin, cos) = transform.rotation().sin_cos();
-            let turn = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
-            let [scale, offset] = [transform.scale(), transform.offset()].map(Vec2::from);
-            places.iter_mut().for_each(|at| *at = turn * (scale * *at) + offset);
-        }
-        if let Some(i) = places.iter().position(|at| !at.is_finite()) {
-            return Err((self.error)(format!("TEXCOORD_{set} of vertex {i} is not finite")));
-        }
-        self.counted(&format!("TEXCOORD_{set}"), places).map(Some)
+    match places.iter().position(|at| !at.is_finite()) {
+        Some(i) => Err((vertices.error)(format!("TEXCOORD_{set} of vertex {i} is not finite"))),
+        None => Ok(Some(places)),
     }
 }
 
@@ -181,7 +152,7 @@ impl Textures<'_, '_, '_> {
         let texture = self.images.texture(self.file, buffers, &info.texture())?;
         if texture.is_some() {
             self.places.resize(count, Vec4::ZERO);
-            match self.vertices.places(info)? {
+            match places(self.vertices, info)? {
                 Some(found) => {
                     self.places.iter_mut().zip(found).for_each(|(place, at)| set(place, at));
                 }

@@ -1,0 +1,88 @@
+//! A glTF file's document, checked.
+
+use super::extensions;
+use crate::scene::SceneError;
+use crate::scene::mesh::{Reading, bad};
+use ::gltf::json::validation::Checked;
+use ::gltf::{Document, Gltf, Semantic};
+
+/// Size of a GLB's header.
+const GLB_HEADER_BYTES: u8 = 12;
+
+/// The document, with every index in it checked, and a GLB's binary part.
+pub(super) fn parse(
+    file: &mut Reading,
+    bytes: &[u8],
+) -> Result<(Document, Option<Vec<u8>>), SceneError> {
+    let path = file.path;
+    let other = |version: &str| bad(path, None, format!("is glTF {version}, expected glTF 2.0"));
+    let invalid = |error: ::gltf::Error| {
+        if let Some(version) = other_version(bytes) {
+            return other(&version);
+        }
+        let what = match &error {
+            ::gltf::Error::Validation(faults) if !faults.is_empty() => {
+                let (place, fault) = &faults[0];
+                let more = match faults.len() - 1 {
+                    0 => String::new(),
+                    more => format!(", and {more} more like it"),
+                };
+                format!("{place}: {fault}{more}")
+            }
+            _ => error.to_string(),
+        };
+        bad(path, None, format!("expected glTF 2.0: {what}"))
+    };
+    // Two checks that the library takes for granted: a GLB is as long as its header, and positions exist.
+    let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8));
+    if length.is_some_and(|bytes| bytes[0] < GLB_HEADER_BYTES && bytes[1..] == [0; 3]) {
+        return Err(bad(path, None, "the length in the GLB's header is less than the header's"));
+    }
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
+    let mut json = document.into_json();
+    if !json.asset.version.starts_with("2.") {
+        return Err(other(&json.asset.version));
+    }
+    extensions::check(file, &mut json)?;
+    // An application's own attributes are no concern of the picture.
+    for primitive in json.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives) {
+        primitive.attributes.retain(|name, _| matches!(name, Checked::Valid(_)));
+    }
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
+        let (index, count) = (accessor.value(), json.accessors.len());
+        if index >= count {
+            return Err(bad(
+                path,
+                None,
+                format!("has the accessor index {index}, expected one below {count}"),
+            ));
+        }
+    }
+    // Bounds of positions are asked for by the library, often left out, and of no use here.
+    let positions: Vec<usize> = json
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .filter_map(|primitive| primitive.attributes.get(&Checked::Valid(Semantic::Positions)))
+        .map(|accessor| accessor.value())
+        .collect();
+    for accessor in positions {
+        let accessor = &mut json.accessors[accessor];
+        accessor.min = Some(vec![0.0f32; 3].into());
+        accessor.max = accessor.min.clone();
+    }
+    Ok((Document::from_json(json).map_err(invalid)?, blob))
+}
+
+/// The version of a file of another one than 2.
+fn other_version(bytes: &[u8]) -> Option<String> {
+    let version = match bytes.strip_prefix(b"glTF") {
+        Some(rest) => format!("{}.0", u32::from_le_bytes(*rest.first_chunk()?)),
+        None => {
+            let json: serde_json::Value = serde_json::from_slice(bytes).ok()?;
+            json["asset"]["version"].as_str()?.to_owned()
+        }
+    };
+    (!version.starts_with("2.")).then_some(version)
+}
