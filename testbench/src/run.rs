@@ -59,7 +59,7 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
                 progress.turn_to("simulating");
             }
             for number in 0..frames {
-                let later = if number > 0 { source.later(number) } else { None };
+                let later = if number > 0 { source.later(number)? } else { None };
                 let source = later.as_ref().unwrap_or(source);
                 bench.frame(|bench| {
                     source.play(model.kind(), &mut |item| {

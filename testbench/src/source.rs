@@ -19,6 +19,8 @@ pub enum Source {
 
 /// Degrees by which the camera goes on from frame to frame.
 pub const DEGREES_PER_FRAME: u32 = 3;
+/// Frames for which a mesh that moves takes a second.
+pub const FRAMES_PER_SECOND: u32 = 24;
 
 /// A frame that cannot be had.
 #[derive(Debug, thiserror::Error)]
@@ -87,15 +89,16 @@ impl Source {
         }
     }
 
-    /// The frame so many frames later: the camera goes round what it looks at by [`DEGREES_PER_FRAME`] each.
-    /// Nothing if the source is one frame alone.
-    pub fn later(&self, frames: u32) -> Option<Source> {
-        match self {
-            Source::Scene(scene) => {
-                scene.turned(f64::from(frames * DEGREES_PER_FRAME)).map(Source::Scene)
-            }
-            Source::Trace(_) | Source::Fragments(..) => None,
-        }
+    /// The frame so many frames later: a mesh that moves has moved on, by [`FRAMES_PER_SECOND`]; round any other the camera
+    /// goes by [`DEGREES_PER_FRAME`] each. Nothing if the source is one frame alone.
+    ///
+    /// # Errors
+    /// The file of a mesh that moves cannot be read any more.
+    pub fn later(&self, frames: u32) -> Result<Option<Source>, SourceError> {
+        let Source::Scene(scene) = self else { return Ok(None) };
+        let moved = scene.moved(frames as f32 / FRAMES_PER_SECOND as f32)?;
+        let turned = || scene.turned(f64::from(frames * DEGREES_PER_FRAME));
+        Ok(moved.or_else(turned).map(Source::Scene))
     }
 
     /// Sends every item in arrival order, of the kind that is asked for.

@@ -125,7 +125,7 @@ impl Case {
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
         let later = (1..frames).map(|number| {
-            let source = self.source.later(number).expect("a source of several frames");
+            let source = self.source.later(number)?.expect("a source of several frames");
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
             Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
         });

@@ -27,8 +27,8 @@ pub(super) struct RunArgs {
     check: bool,
     #[command(flatten)]
     machine: MachineArgs,
-    /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next; figures
-    /// are those of all frames together
+    /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next, or the animation
+    /// of a glTF plays at 24 frames a second; figures are those of all frames together
     #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
     frames: u32,
     /// The folder for image.png (image-000.png and so on, if there are several frames), stats.json, stats.csv, the
@@ -67,7 +67,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     }
     let arch = args.machine.arch()?;
     let source = args.scene.open()?;
-    if args.frames > 1 && source.later(1).is_none() {
+    if args.frames > 1 && source.later(1)?.is_none() {
         bail!(
             "--frames {}: `{}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
              `teapot` or a mesh",

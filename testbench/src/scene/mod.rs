@@ -72,6 +72,8 @@ pub struct Scene {
     info: Screen,
     content: Content,
     notes: Vec<String>,
+    /// The file of a mesh that moves, and how it is seen.
+    moving: Option<(String, Options)>,
 }
 
 #[derive(Debug)]
@@ -90,6 +92,11 @@ impl Scene {
     ///
     /// One sentence that names the scene or file, the line where the format has lines, and what was expected.
     pub fn open(name: &str, options: &Options) -> Result<Scene, SceneError> {
+        Scene::open_at(name, options, 0.0)
+    }
+
+    /// Opens a scene at a time of what moves in it.
+    fn open_at(name: &str, options: &Options, seconds: f32) -> Result<Scene, SceneError> {
         let side = |what, asked: Option<u32>, default| match asked.unwrap_or(default) {
             side @ 1..=MAX_SIDE => Ok(side),
             side => Err(SceneError::Size { what, side }),
@@ -132,8 +139,8 @@ impl Scene {
             _ => match built_in::paper::frame(name) {
                 Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
                 None => {
-                    let mesh::Loaded { parts, mut notes, has_no_opacity } =
-                        mesh::load(name, Room::new(options.memory_limit))?;
+                    let mesh::Loaded { parts, mut notes, has_no_opacity, moves } =
+                        mesh::load(name, Room::new(options.memory_limit), seconds)?;
                     if has_no_opacity && options.alphas.is_empty() {
                         notes.push(format!(
                             "{name}: what has no opacity of its own is drawn at {DEFAULT_ALPHA}, `--alpha` sets another"
@@ -141,14 +148,18 @@ impl Scene {
                     }
                     let scene =
                         surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
-                    Ok(Scene { notes, ..scene })
+                    let moving = moves.then(|| {
+                        let camera = scene.camera();
+                        (name.to_owned(), Options { camera, ..options.clone() })
+                    });
+                    Ok(Scene { notes, moving, ..scene })
                 }
             },
         }
     }
 
     fn of(info: Screen, content: Content) -> Scene {
-        Scene { info, content, notes: vec![] }
+        Scene { info, content, notes: vec![], moving: None }
     }
 
     /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
@@ -160,6 +171,23 @@ impl Scene {
     pub fn contents(&self) -> Option<Contents> {
         match &self.content {
             Content::Surface(surface) => Some(surface.contents()),
+            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
+        }
+    }
+
+    /// The scene so many seconds later, from the same camera; nothing if nothing of it moves.
+    ///
+    /// # Errors
+    /// The mesh file, which is read again, is not what it was.
+    pub fn moved(&self, seconds: f32) -> Result<Option<Scene>, SceneError> {
+        let moved = |(name, options): &(String, Options)| Scene::open_at(name, options, seconds);
+        self.moving.as_ref().map(moved).transpose()
+    }
+
+    /// Where a mesh is seen from.
+    fn camera(&self) -> Option<Camera> {
+        match &self.content {
+            Content::Surface(surface) => Some(surface.camera),
             Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
     }

@@ -30,7 +30,8 @@ const MOST_RIM_ALPHA: f32 = 0.95;
 #[derive(Debug)]
 pub(super) struct Surface {
     parts: Arc<Vec<Part>>,
-    camera: Camera,
+    /// Where they are seen from.
+    pub camera: Camera,
     info: Screen,
     /// Their triangles.
     pub projected: Projected,

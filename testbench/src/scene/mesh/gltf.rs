@@ -2,7 +2,7 @@
 //!
 //! A part is one primitive at one node, named after the mesh, the node and the material. Alpha counts as the material's
 //! alpha mode says; a primitive without a material says nothing of it. Nodes,
-//! skins and morph targets are as the first animation has them at its start. Factors
+//! skins and morph targets are as the first animation has them at the time. Factors
 //! and colours of vertices are light in the file, those of images levels (glTF 2.0, 3.9.2).
 
 mod buffers;
@@ -39,7 +39,8 @@ pub(super) fn load(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Pa
     let (document, blob) = parse(file, &bytes)?;
     let buffers = Buffers::load(file, &document, blob)?;
     let bad = |what: String| bad(path, None, what);
-    let pose = Pose::at(&document, &buffers, 0.0).map_err(bad)?;
+    let pose = Pose::read(file, &document, &buffers)?;
+    file.moves = pose.changes;
     let placed = nodes::placed(&document, |node| pose.local(node)).map_err(bad)?;
     let mut to_scene = vec![None; document.nodes().len()];
     placed.iter().for_each(|(node, transform)| to_scene[node.index()] = Some(*transform));

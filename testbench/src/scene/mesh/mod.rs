@@ -46,10 +46,12 @@ pub(super) struct Loaded {
     pub notes: Vec<String>,
     /// Whether there are parts of which the file says nothing of the opacity.
     pub has_no_opacity: bool,
+    /// Whether the parts are others at another time.
+    pub moves: bool,
 }
 
-/// Loads the mesh file at a path into the room that there is.
-pub(super) fn load(path: &str, room: Room) -> Result<Loaded, SceneError> {
+/// Loads the mesh file at a path into the room that there is, at a time of what moves in it.
+pub(super) fn load(path: &str, room: Room, seconds: f32) -> Result<Loaded, SceneError> {
     let unreadable = |source| SceneError::Unreadable { path: path.into(), source };
     let found = match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(not_there(path)),
@@ -65,6 +67,7 @@ pub(super) fn load(path: &str, room: Room) -> Result<Loaded, SceneError> {
         return Err(SceneError::Device { path: path.into() });
     }
     let mut file = Reading::new(path, room);
+    file.seconds = seconds;
     let parts = loader(&mut file, &mut unmarked(File::open(path).map_err(unreadable)?))?;
     let is_seen = |part: &Part| {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| part.positions[i as usize]);

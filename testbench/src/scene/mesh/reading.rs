@@ -17,6 +17,10 @@ const BLOCK: usize = 1 << 20;
 pub(super) struct Reading<'a> {
     /// The path as given.
     pub path: &'a str,
+    /// The time of what moves, in seconds.
+    pub seconds: f32,
+    /// Whether anything does.
+    pub moves: bool,
     room: Room,
     notes: Vec<String>,
     /// What is in the file and not seen.
@@ -54,7 +58,8 @@ impl<'a> Reading<'a> {
     /// Nothing read yet.
     pub fn new(path: &'a str, room: Room) -> Reading<'a> {
         let (notes, passed_over) = (vec![], vec![]);
-        Reading { path, room, notes, passed_over, has_no_opacity: false }
+        let (seconds, moves, has_no_opacity) = (0.0, false, false);
+        Reading { path, seconds, moves, room, notes, passed_over, has_no_opacity }
     }
 
     /// Takes room for so many bytes.
@@ -111,7 +116,8 @@ impl<'a> Reading<'a> {
                 self.passed_over.iter().map(|(what, place)| format!("{what} ({place})"));
             self.note(format!("not seen: {}", passed_over.collect::<Vec<_>>().join(", ")));
         }
-        Loaded { parts, notes: self.notes, has_no_opacity: self.has_no_opacity }
+        let Reading { notes, has_no_opacity, moves, .. } = self;
+        Loaded { parts, notes, has_no_opacity, moves }
     }
 
     /// All bytes of the file, or of one that it names.

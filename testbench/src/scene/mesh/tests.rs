@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 /// Loads the file at a path into what room there is.
 fn load(path: &str) -> Result<Vec<Part>, SceneError> {
-    super::load(path, Room::new(None)).map(|loaded| loaded.parts)
+    super::load(path, Room::new(None), 0.0).map(|loaded| loaded.parts)
 }
 
 /// Loads a file of this name and content.
@@ -38,7 +38,7 @@ fn within(
     let folder = TempDir::new().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, content).unwrap();
-    super::load(path.to_str().unwrap(), Room::new(limit))
+    super::load(path.to_str().unwrap(), Room::new(limit), 0.0)
 }
 
 /// What is to be said of such a file, without its folder.
@@ -60,6 +60,9 @@ fn no_cut_or_changed_byte_makes_a_loader_panic() {
         ("a.obj", obj::OBJ.into()),
         ("a.gltf", gltf::embedded(&gltf::gltf_data()).into()),
         ("a.glb", gltf::glb()),
+        ("b.gltf", materials::blended().into()),
+        ("c.gltf", gltf_data::moving().into()),
+        ("d.gltf", gltf_data::skinned().into()),
     ];
     for (name, file) in files {
         let loader = LOADERS.iter().find(|(extension, _)| name.ends_with(extension)).unwrap().1;

@@ -3,6 +3,7 @@
 use super::extensions;
 use crate::scene::SceneError;
 use crate::scene::mesh::{Reading, bad};
+use ::gltf::json::image::MimeType;
 use ::gltf::json::validation::Checked;
 use ::gltf::{Document, Gltf, Semantic};
 
@@ -57,6 +58,27 @@ pub(super) fn parse(
                 None,
                 format!("has the accessor index {index}, expected one below {count}"),
             ));
+        }
+    }
+    // What the library takes for granted of images: those in a buffer say their form, which their bytes say anyway.
+    for (i, image) in json.images.iter_mut().enumerate() {
+        match image.buffer_view {
+            Some(_) => image.mime_type = Some(MimeType(String::new())),
+            None if image.uri.is_none() => {
+                return Err(bad(path, None, format!("image {i} has neither a view nor a URI")));
+            }
+            None => {}
+        }
+    }
+    // And of the targets of animations: they exist, and are of a kind that it knows.
+    let nodes = json.nodes.len();
+    for (i, animation) in json.animations.iter_mut().enumerate() {
+        animation.channels.retain(|channel| matches!(channel.target.path, Checked::Valid(_)));
+        if let Some(node) =
+            animation.channels.iter().map(|c| c.target.node.value()).find(|node| *node >= nodes)
+        {
+            let what = format!("animation {i} moves node {node}, expected one below {nodes}");
+            return Err(bad(path, None, what));
         }
     }
     // Bounds of positions are asked for by the library, often left out, and of no use here.

@@ -2,7 +2,9 @@
 
 mod curve;
 
+use super::super::Reading;
 use super::buffers::Buffers;
+use crate::scene::SceneError;
 use ::gltf::animation::Property;
 use ::gltf::{Document, Node};
 use curve::Curve;
@@ -19,19 +21,41 @@ struct Moved {
 }
 
 /// See the module's description.
-#[derive(Default)]
-pub(super) struct Pose(HashMap<usize, Moved>);
+pub(super) struct Pose {
+    /// By the number of the node.
+    moved: HashMap<usize, Moved>,
+    /// Whether there is another at another time.
+    pub changes: bool,
+}
 
 impl Pose {
-    /// The pose at a time in seconds of the first animation; as the nodes themselves say where there is none.
-    pub fn at(document: &Document, buffers: &Buffers, seconds: f32) -> Result<Pose, String> {
-        let mut pose = Pose::default();
-        for channel in document.animations().next().iter().flat_map(|first| first.channels()) {
+    /// The pose of the first animation at the time of the file, which starts again at its end; as the nodes themselves say
+    /// where there is none.
+    pub fn read(
+        file: &mut Reading,
+        document: &Document,
+        buffers: &Buffers,
+    ) -> Result<Pose, SceneError> {
+        let mut animations = document.animations();
+        let animation = animations.next();
+        if let more @ 1.. = animations.len() {
+            file.note(format!("has {} animations, of which the first is seen", more + 1));
+        }
+        let channels = animation.iter().flat_map(|animation| animation.channels());
+        let curves = channels.map(|channel| {
+            file.take(Curve::bytes(&channel))?;
             let node = channel.target().node().index();
             let curve = Curve::read(&channel, buffers);
-            let curve = curve.map_err(|what| format!("animation 0, node {node}: {what}"))?;
-            let moved = pose.0.entry(node).or_default();
-            match channel.target().property() {
+            let bad = |what| file.bad(None, format!("animation 0, node {node}: {what}"));
+            Ok((node, channel.target().property(), curve.map_err(bad)?))
+        });
+        let curves = curves.collect::<Result<Vec<_>, SceneError>>()?;
+        let end = curves.iter().map(|(_, _, curve)| curve.end()).fold(0.0, f32::max);
+        let seconds = if end > 0.0 { file.seconds % end } else { 0.0 };
+        let mut pose = Pose { moved: HashMap::new(), changes: end > 0.0 };
+        for (node, property, curve) in curves {
+            let moved = pose.moved.entry(node).or_default();
+            match property {
                 Property::Translation => {
                     moved.translation = Some(Vec3::from_slice(&curve.at(seconds)))
                 }
@@ -45,7 +69,7 @@ impl Pose {
 
     /// What takes a node into that above it.
     pub fn local(&self, node: &Node) -> Mat4 {
-        let Some(moved) = self.0.get(&node.index()) else {
+        let Some(moved) = self.moved.get(&node.index()) else {
             return Mat4::from_cols_array_2d(&node.transform().matrix());
         };
         let (translation, rotation, scale) = node.transform().decomposed();
@@ -58,7 +82,7 @@ impl Pose {
 
     /// Weights of the morph targets of a node's mesh.
     pub fn weights(&self, node: &Node) -> Vec<f32> {
-        let moved = self.0.get(&node.index()).and_then(|moved| moved.weights.clone());
+        let moved = self.moved.get(&node.index()).and_then(|moved| moved.weights.clone());
         let own = || node.weights().map(<[f32]>::to_vec);
         let of_mesh = || node.mesh().and_then(|mesh| mesh.weights().map(<[f32]>::to_vec));
         moved.or_else(own).or_else(of_mesh).unwrap_or_default()

@@ -256,8 +256,8 @@ fn another_version_and_a_broken_file_are_one_sentence() {
     );
 }
 
-#[test]
-fn vertices_follow_the_joints_of_their_skin() {
+/// A triangle whose vertices follow two joints.
+pub(super) fn skinned() -> String {
     let mut data = Data::default();
     let triangle = data.triangle();
     let joints = data.add("VEC4", 5121, 3, &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0]);
@@ -270,13 +270,18 @@ fn vertices_follow_the_joints_of_their_skin() {
         matrix.to_cols_array()
     };
     let inverse = data.add("MAT4", F32, 2, &floats(&[matrix(0.0), matrix(-3.0)].concat()));
-    let json = data.file(&format!(
+    data.file(&format!(
         r#""scenes":[{{"nodes":[0,1]}}],"nodes":[{{"mesh":0,"skin":0,"translation":[99,0,0]}},
             {{"translation":[0,0,1],"children":[2]}},{{"translation":[8,0,0]}}],
         "skins":[{{"joints":[1,2],"inverseBindMatrices":{inverse}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{triangle},
             "JOINTS_0":{joints},"WEIGHTS_0":{weights}}}}}]}}]"#
-    ));
+    ))
+}
+
+#[test]
+fn vertices_follow_the_joints_of_their_skin() {
+    let json = skinned();
     // The joints move by (0, 0, 1), and by (8, 0, 1) after (0, 0, -3); the node of the mesh does not count.
     assert_eq!(
         positions(&json),
@@ -297,36 +302,71 @@ fn vertices_follow_the_joints_of_their_skin() {
     );
 }
 
-#[test]
-fn the_first_animation_is_seen_at_its_start() {
-    let mut data = Data::default();
+/// A triangle with a target that an animation gives its weight, at a node that it moves.
+fn animated(data: &mut Data, outputs: Option<[usize; 2]>) -> String {
     let triangle = data.triangle();
     let target = data.add("VEC3", F32, 3, &floats(&[0.0, 0.0, 2.0, 0.0, 0.0, 4.0, 0.0, 0.0, 6.0]));
     let times = data.add("SCALAR", F32, 2, &floats(&[0.0, 1.0]));
+    let animation = outputs.map(|[moves, weights]| {
+        format!(
+            r#","animations":[{{"samplers":[{{"input":{times},"output":{moves}}},
+                {{"input":{times},"output":{weights}}}],
+            "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},
+                {{"sampler":1,"target":{{"node":0,"path":"weights"}}}}]}}]"#
+        )
+    });
+    data.file(&format!(
+        r#""scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"translation":[1,0,0]}}],
+        "meshes":[{{"weights":[0.25],"primitives":[{{"attributes":{{"POSITION":{triangle}}},
+            "targets":[{{"POSITION":{target}}}]}}]}}]{}"#,
+        animation.unwrap_or_default()
+    ))
+}
+
+/// Values of such an animation at 0 and 1 second.
+fn outputs(data: &mut Data) -> [usize; 2] {
     let moves = data.add("VEC3", F32, 2, &floats(&[5.0, 0.0, 0.0, 9.0, 0.0, 0.0]));
-    let weights = data.add("SCALAR", F32, 2, &floats(&[0.5, 1.0]));
-    let json = |animation: &str| {
-        data.file(&format!(
-            r#""scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0,"translation":[1,0,0]}}],
-            "meshes":[{{"weights":[0.25],"primitives":[{{"attributes":{{"POSITION":{triangle}}},
-                "targets":[{{"POSITION":{target}}}]}}]}}]{animation}"#
-        ))
-    };
+    [moves, data.add("SCALAR", F32, 2, &floats(&[0.5, 1.0]))]
+}
+
+/// A file with an animation.
+pub(super) fn moving() -> String {
+    let mut data = Data::default();
+    let outputs = outputs(&mut data);
+    animated(&mut data, Some(outputs))
+}
+
+#[test]
+fn the_first_animation_moves_nodes_and_morph_targets() {
     let moved = |x: f32, weight: f32| {
         [vec3(x, 0.0, 2.0 * weight), vec3(x + 1.0, 0.0, 4.0 * weight), vec3(x, 1.0, 6.0 * weight)]
     };
-    assert_eq!(positions(&json("")), moved(1.0, 0.25), "as nodes and mesh say");
-    let animation = |output: usize| {
-        json(&format!(
-            r#","animations":[{{"samplers":[{{"input":{times},"output":{moves}}},
-                {{"input":{times},"output":{output}}}],
-            "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}},
-                {{"sampler":1,"target":{{"node":0,"path":"weights"}}}}]}}]"#
-        ))
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.gltf");
+    let at = |json: &str, seconds: f32| {
+        fs::write(&path, json).unwrap();
+        let loaded = super::super::load(path.to_str().unwrap(), Room::new(None), seconds).unwrap();
+        (loaded.parts[0].positions.clone(), loaded.moves)
     };
-    assert_eq!(positions(&animation(weights)), moved(5.0, 0.5));
+    let still = animated(&mut Data::default(), None);
+    assert_eq!(at(&still, 0.5), (moved(1.0, 0.25).to_vec(), false), "as nodes and mesh say");
+    // After a second it starts again.
+    for (seconds, x, weight) in
+        [(0.0, 5.0, 0.5), (0.25, 6.0, 0.625), (0.5, 7.0, 0.75), (1.5, 7.0, 0.75)]
+    {
+        assert_eq!(at(&moving(), seconds), (moved(x, weight).to_vec(), true));
+    }
     assert_eq!(
-        message("a.gltf", animation(triangle)),
+        message("a.gltf", moving().replace(r#""target":{"node":0"#, r#""target":{"node":7"#)),
+        "a.gltf: animation 0 moves node 7, expected one below 1"
+    );
+    let other = moving().replace(r#""path":"translation""#, r#""path":"pointer""#);
+    assert_eq!(at(&other, 0.5).0, moved(1.0, 0.75), "what is not known is passed over");
+    let mut data = Data::default();
+    let [moves, _] = outputs(&mut data);
+    let three = data.triangle();
+    assert_eq!(
+        message("a.gltf", animated(&mut data, Some([moves, three]))),
         "a.gltf: animation 0, node 0: has 3 values of a curve, expected 2"
     );
 }

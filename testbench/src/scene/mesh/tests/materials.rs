@@ -57,6 +57,11 @@ fn texel(texel: [u8; 4], colour: [f32; 4], material: &str) -> String {
     square(colour, &format!("{UNLIT},{material}"), &image, "")
 }
 
+/// A square that is half transparent by its texture.
+pub(super) fn blended() -> String {
+    texel([255, 0, 0, 128], WHITE, &format!(r#"{TEXTURED},"alphaMode":"BLEND""#))
+}
+
 /// The fragments of a file of this content, seen from the front.
 fn fragments(name: &str, content: impl AsRef<[u8]>, alphas: &[&str]) -> Vec<Fragment> {
     let folder = TempDir::new().unwrap();
@@ -162,7 +167,7 @@ fn an_image_is_in_a_file_a_uri_or_a_buffer() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("a.gltf");
     let open = || {
-        let loaded = super::super::load(path.to_str().unwrap(), Room::new(None)).unwrap();
+        let loaded = super::super::load(path.to_str().unwrap(), Room::new(None), 0.0).unwrap();
         let notes = loaded.notes.join(" ");
         (loaded.parts.into_iter().next().unwrap().paint, notes)
     };
@@ -296,6 +301,7 @@ fn bad_textures_are_refused() {
     let with = |image: &str| square(WHITE, TEXTURED, image, "");
     let good = with(&image(&png(1, &[[1; 4]])));
     let cases = [
+        (with(""), "a.gltf: image 0 has neither a view nor a URI"),
         (with(r#""uri":"data:image/png;base64,%""#), "a.gltf: image 0 is no valid base64 data"),
         (
             good.replace(r#""count":4,"type":"VEC2""#, r#""count":3,"type":"VEC2""#),

@@ -32,7 +32,7 @@ fn libraries_are_several_or_one_with_blanks_and_one_that_is_missing_is_noted_onc
     let path = folder.path().join("a.obj");
     let loaded = |text: String| {
         fs::write(&path, text).unwrap();
-        super::super::load(path.to_str().unwrap(), Room::new(None)).unwrap()
+        super::super::load(path.to_str().unwrap(), Room::new(None), 0.0).unwrap()
     };
     let alphas = |loaded: &Loaded| loaded.parts.iter().map(|part| part.alpha).collect::<Vec<_>>();
     fs::create_dir(folder.path().join("sub")).unwrap();

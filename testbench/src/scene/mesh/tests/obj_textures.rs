@@ -74,7 +74,7 @@ fn opacity_is_d_times_the_map_of_it() {
 fn what_of_textures_is_not_seen_is_noted() {
     let notes = |folder: &TempDir| {
         let path = folder.path().join("a.obj");
-        let loaded = super::super::load(path.to_str().unwrap(), Room::new(None)).unwrap();
+        let loaded = super::super::load(path.to_str().unwrap(), Room::new(None), 0.0).unwrap();
         let shown = format!("{}/", folder.path().display());
         loaded.notes.iter().map(|note| note.replace(&shown, "")).collect::<Vec<_>>()
     };

@@ -15,6 +15,13 @@ pub(super) struct Curve {
 }
 
 impl Curve {
+    /// Bytes that the curve of a channel takes.
+    pub fn bytes(channel: &Channel) -> usize {
+        let [times, values] = [channel.sampler().input(), channel.sampler().output()]
+            .map(|accessor| accessor.count().saturating_mul(accessor.dimensions().multiplicity()));
+        times.saturating_add(values).saturating_mul(2 * size_of::<f32>())
+    }
+
     /// What a channel says, with at least one time. The error says what is wrong with it.
     pub fn read(channel: &Channel, buffers: &Buffers) -> Result<Curve, String> {
         let sampler = channel.sampler();
@@ -51,6 +58,11 @@ impl Curve {
             }
         };
         Ok(Curve { interpolation, times, width, values })
+    }
+
+    /// The last of the times.
+    pub fn end(&self) -> f32 {
+        self.times[self.times.len() - 1]
     }
 
     /// The value at a time; before the first and behind the last as there.
