@@ -73,12 +73,12 @@ pub struct Scene {
     content: Content,
     notes: Vec<String>,
     /// The file of a mesh that moves, and how it is seen.
-    moving: Option<(String, Options)>,
+    moving: Option<Box<(String, Options)>>,
 }
 
 #[derive(Debug)]
 enum Content {
-    Surface(Surface),
+    Surface(Box<Surface>),
     Panes(Projected),
     Smoke(Smoke),
     Paper(Paper),
@@ -150,7 +150,7 @@ impl Scene {
                         surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
                     let moving = moves.then(|| {
                         let camera = scene.camera();
-                        (name.to_owned(), Options { camera, ..options.clone() })
+                        Box::new((name.to_owned(), Options { camera, ..options.clone() }))
                     });
                     Ok(Scene { notes, moving, ..scene })
                 }
@@ -181,7 +181,7 @@ impl Scene {
     /// The mesh file, which is read again, is not what it was.
     pub fn moved(&self, seconds: f32) -> Result<Option<Scene>, SceneError> {
         let moved = |(name, options): &(String, Options)| Scene::open_at(name, options, seconds);
-        self.moving.as_ref().map(moved).transpose()
+        self.moving.as_deref().map(moved).transpose()
     }
 
     /// Where a mesh is seen from.
@@ -197,7 +197,7 @@ impl Scene {
     pub fn turned(&self, degrees: f64) -> Option<Scene> {
         match &self.content {
             Content::Surface(surface) => {
-                let content = Content::Surface(surface.turned(degrees));
+                let content = Content::Surface(Box::new(surface.turned(degrees)));
                 Some(Scene::of(self.info, content))
             }
             Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
@@ -264,7 +264,10 @@ fn surface(
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
     let order = options.order.unwrap_or_default();
-    Ok(Scene::of(info, Content::Surface(Surface::new(Arc::new(parts), camera, info, order))))
+    Ok(Scene::of(
+        info,
+        Content::Surface(Box::new(Surface::new(Arc::new(parts), camera, info, order))),
+    ))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
