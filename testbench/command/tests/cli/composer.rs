@@ -1,6 +1,8 @@
 //! The image composition machine.
 
 use super::*;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 
 const COMPOSER: [&str; 2] = ["--arch", "composer"];
 
@@ -22,6 +24,36 @@ fn where_the_panes_meet_yellow_over_blue_is_green() {
         let args = ["--arch", arch, "--scene", "panes", "--out", arch, "--no-wave", "--quiet"];
         exact(run(folder.path(), &args));
         assert_eq!(middle(&folder.path().join(arch).join("image.png")), [128, 128, 127]);
+    }
+}
+
+/// Red at an alpha of 128, from the one texel of a texture, over the backdrop 244, 241, 234: (128 * 255 + 127 * 244) / 255
+/// and so on. To triangles an engine knows no texture: it gets fragments.
+#[test]
+fn a_texture_looks_the_same_to_every_machine() {
+    const PNG: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGP4z8DQAAAEgQGALFXOsAAAAABJRU5Er\
+                       kJggg==";
+    let folder = folder();
+    let corners = [-9.0f32, -9.0, 0.0, 9.0, -9.0, 0.0, 0.0, 9.0, 0.0];
+    let mut data = corners.map(f32::to_le_bytes).concat();
+    data.resize(60, 0);
+    let mesh = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}},"material":0}}]}}],
+        "materials":[{{"alphaMode":"BLEND","extensions":{{"KHR_materials_unlit":{{}}}},
+            "pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+        "textures":[{{"source":0}}],"images":[{{"uri":"data:image/png;base64,{PNG}"}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}},
+                     {{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}},{{"buffer":0,"byteOffset":36,"byteLength":24}}],
+        "buffers":[{{"uri":"data:;base64,{}","byteLength":60}}]}}"#,
+        STANDARD.encode(data)
+    );
+    fs::write(folder.path().join("a.gltf"), mesh).unwrap();
+    for arch in ["composer", "tbuffer"] {
+        let args = ["--arch", arch, "--scene", "a.gltf", "--out", arch, "--no-wave", "--quiet"];
+        exact(run(folder.path(), &args));
+        assert_eq!(middle(&folder.path().join(arch).join("image.png")), [250, 120, 117]);
     }
 }
 
