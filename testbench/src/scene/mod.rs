@@ -264,10 +264,8 @@ fn surface(
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
     let order = options.order.unwrap_or_default();
-    Ok(Scene::of(
-        info,
-        Content::Surface(Box::new(Surface::new(Arc::new(parts), camera, info, order))),
-    ))
+    let surface = Surface::new(Arc::new(parts), camera, info, order);
+    Ok(Scene::of(info, Content::Surface(Box::new(surface))))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {

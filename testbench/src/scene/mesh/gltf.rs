@@ -66,7 +66,8 @@ pub(super) fn load(file: &mut Reading, bytes: &mut dyn BufRead) -> Result<Vec<Pa
                 flat.add(format_args!("node {}, primitive {i}", node.index()));
                 continue;
             };
-            let transforms = match node.skin() {
+            let is_bound = primitive.get(&Semantic::Joints(0)).is_some();
+            let transforms = match node.skin().filter(|_| is_bound) {
                 Some(skin) => {
                     file.take(count.saturating_mul(skin::BOUND_BYTES))?;
                     let joints = skin::joints(&skin, &buffers, &to_scene).map_err(error)?;

@@ -1,5 +1,6 @@
 use super::*;
 use glam::DVec4;
+use proptest::prelude::*;
 
 /// A screen of one pixel, whose centre is in the middle of an edge from w = 1 to w = 3.
 #[test]
@@ -52,5 +53,30 @@ fn alpha_counts_as_cutoff_solidity_veil_and_rule_say() {
         let base = Vec4::new(0.1, 0.2, 0.3, alpha);
         let found = paint.colour(base, (Vec4::ZERO, Vec4::ZERO));
         assert_eq!(found, expected.map(|alpha| base.truncate().extend(alpha)), "{paint:?}");
+    }
+}
+
+proptest! {
+    /// The third corner is where it puts the mean in the middle of the screen; corners may lie behind the eye.
+    #[test]
+    fn the_mean_of_the_corners_by_their_weights_is_what_the_pixel_shows(
+        corners in prop::array::uniform2(prop::array::uniform3(-5.0..5.0)),
+        weights in prop::array::uniform3(0.05..1.0),
+        w in 0.5..5.0,
+    ) {
+        let sum: f64 = weights.iter().sum();
+        let [of_a, of_b, of_c] = weights.map(|weight: f64| weight / sum);
+        let [a, b] = corners.map(|[x, y, w]: [f64; 3]| DVec3::new(x, y, w));
+        // Its x and y are 0, its w as drawn.
+        let c = (DVec3::new(0.0, 0.0, w) - of_a * a - of_b * b) / of_c;
+        prop_assume!(a.cross(b).dot(c).abs() > 0.1);
+        let vertex = |at: DVec3| Vertex {
+            clip: DVec4::new(at.x, at.y, 0.0, at.z),
+            colour: Vec4::ONE,
+        };
+        let screen = Screen { width: 1, height: 1, background: 0 };
+        let found = Plane::new(&[a, b, c].map(vertex), screen).at(0, 0).weights;
+        let expected = Vec3::new(of_a as f32, of_b as f32, of_c as f32);
+        prop_assert!(Vec3::from(found).abs_diff_eq(expected, 1e-5), "{found:?} {expected}");
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn joints(
     skin.joints().zip(inverse).map(joint).collect()
 }
 
-/// What takes each vertex into the scene: the mean of its joints by their weights.
+/// What takes each vertex into the scene: the mean of its joints by their weights, or the first joint where it has none.
 pub(super) fn bound(vertices: &Vertices, joints: &[Mat4]) -> Result<Vec<Mat4>, SceneError> {
     let mut sums = vec![(Mat4::ZERO, 0.0); vertices.count];
     for set in 0.. {
@@ -53,7 +53,9 @@ pub(super) fn bound(vertices: &Vertices, joints: &[Mat4]) -> Result<Vec<Mat4>, S
             }
         }
     }
-    Ok(sums.into_iter().map(|(sum, total)| sum * (1.0 / total)).collect())
+    let first = joints.first().copied().unwrap_or(Mat4::IDENTITY);
+    let mean = |(sum, total): (Mat4, f32)| if total == 0.0 { first } else { sum * (1.0 / total) };
+    Ok(sums.into_iter().map(mean).collect())
 }
 
 /// Adds the morph targets by their weights to positions and normals.

@@ -258,11 +258,16 @@ fn another_version_and_a_broken_file_are_one_sentence() {
 
 /// A triangle whose vertices follow two joints.
 pub(super) fn skinned() -> String {
+    let mut weights = [0.0; 12];
+    (weights[0], weights[4], weights[8], weights[9]) = (1.0, 1.0, 0.25, 0.75);
+    bound(weights)
+}
+
+/// The same with these weights.
+fn bound(weights: [f32; 12]) -> String {
     let mut data = Data::default();
     let triangle = data.triangle();
     let joints = data.add("VEC4", 5121, 3, &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0]);
-    let mut weights = [0.0; 12];
-    (weights[0], weights[4], weights[8], weights[9]) = (1.0, 1.0, 0.25, 0.75);
     let weights = data.add("VEC4", F32, 3, &floats(&weights));
     let matrix = |z: f32| {
         let mut matrix = glam::Mat4::IDENTITY;
@@ -287,6 +292,13 @@ fn vertices_follow_the_joints_of_their_skin() {
         positions(&json),
         [vec3(0.0, 0.0, 1.0), vec3(9.0, 0.0, -2.0), vec3(6.0, 1.0, 0.25 - 0.75 * 2.0)]
     );
+    assert_eq!(
+        positions(&bound([0.0; 12])),
+        TRIANGLE.map(|at| at + Vec3::Z),
+        "no joint: the first"
+    );
+    let unbound = json.replace(r#""JOINTS_0":1,"WEIGHTS_0":2"#, r#""_":0"#);
+    assert_eq!(positions(&unbound), TRIANGLE.map(|at| at + 99.0 * Vec3::X), "as its node");
     let refused = |from: &str, to: &str| message("a.gltf", json.replace(from, to));
     assert_eq!(
         refused(r#""joints":[1,2]"#, r#""joints":[1]"#),
