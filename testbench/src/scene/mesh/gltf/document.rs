@@ -103,7 +103,10 @@ fn other_version(bytes: &[u8]) -> Option<String> {
         Some(rest) => format!("{}.0", u32::from_le_bytes(*rest.first_chunk()?)),
         None => {
             let json: serde_json::Value = serde_json::from_slice(bytes).ok()?;
-            json["asset"]["version"].as_str()?.to_owned()
+            // In glTF 1.0 it may be a number.
+            let version = &json["asset"]["version"];
+            let number = || version.as_u64().map(|number| format!("{number}.0"));
+            version.as_str().map(str::to_owned).or_else(number)?
         }
     };
     (!version.starts_with("2.")).then_some(version)
