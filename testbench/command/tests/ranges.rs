@@ -87,7 +87,7 @@ fn verilator_has_no_complaint_about_small_machines() {
 }
 
 #[test]
-#[ignore = "takes more than ten minutes"]
+#[ignore = "takes minutes"]
 fn verilator_has_no_complaint_about_large_machines() {
     lint(large());
 }
