@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-6;
 pub(super) enum Cut {
     /// Its triangles cover it once.
     Whole,
-    /// Its outline crosses itself: its triangles may cover some of it twice, or leave some out.
+    /// Its outline crosses itself or goes round twice: its triangles may cover some of it twice, or leave some out.
     Crossed,
     /// It has fewer than three corners, or all of them lie on a line: none of its triangles has an area.
     Flat,
@@ -119,7 +119,8 @@ fn is_upward(way: DVec2) -> bool {
     way.y > 0.0 || (way.y == 0.0 && way.x > 0.0)
 }
 
-/// Whether two sides of an outline cross at a point that is no corner.
+/// Whether two sides of an outline cross at a point that is no corner, or run along each other the same way, as those of
+/// one that goes round twice do.
 fn crosses_itself(outline: &[DVec2]) -> bool {
     let mut sides: Vec<(DVec2, DVec2)> = sides(outline).collect();
     let left = |(a, b): &(DVec2, DVec2)| a.x.min(b.x);
@@ -130,9 +131,16 @@ fn crosses_itself(outline: &[DVec2]) -> bool {
         (c < 0.0 && d > 0.0) || (c > 0.0 && d < 0.0)
     };
     sides.iter().enumerate().any(|(i, one)| {
-        let near = sides[i + 1..].iter().take_while(|other| left(other) < right(one));
-        near.into_iter().any(|other| apart(*one, *other) && apart(*other, *one))
+        let mut near = sides[i + 1..].iter().take_while(|other| left(other) <= right(one));
+        near.any(|other| (apart(*one, *other) && apart(*other, *one)) || run_together(*one, *other))
     })
+}
+
+/// Whether two sides lie on one line, have more than a point in common, and the same direction.
+fn run_together((a, b): (DVec2, DVec2), (c, d): (DVec2, DVec2)) -> bool {
+    let along = |point: DVec2| (point - a).dot(b - a);
+    let on_one_line = turn([a, b, c]) == 0.0 && turn([a, b, d]) == 0.0;
+    on_one_line && along(c) < along(d) && along(c) < along(b) && along(d) > 0.0
 }
 
 #[cfg(test)]

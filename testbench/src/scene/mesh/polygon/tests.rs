@@ -73,7 +73,10 @@ fn what_has_no_area_and_what_crosses_itself_is_told_of() {
     let loop_in_loop =
         [(0, 0), (8, 0), (8, 8), (0, 8), (0, 1), (7, 1), (7, 7), (1, 7), (1, -1), (0, -1)];
     let eight = [(0, 0), (1, 1), (2, 3), (2, 0), (1, 1), (0, 2)];
-    for corners in [&bow_tie[..], &even, &star, &loop_in_loop, &eight] {
+    let twice = [(0, 0), (4, 0), (4, 3), (0, 3), (0, 0), (4, 0), (4, 3), (0, 3)];
+    // Round the lower half, then round all: they have half of a vertical side in common.
+    let half_twice = [(0, 0), (4, 0), (4, 3), (0, 3), (0, 0), (4, 0), (4, 6), (0, 6)];
+    for corners in [&bow_tie[..], &even, &star, &loop_in_loop, &eight, &twice, &half_twice] {
         assert_eq!(cut(&flat(corners)).0, Cut::Crossed, "{corners:?}");
     }
 }
