@@ -152,8 +152,8 @@ impl Header {
                     }
                     _ => false,
                 },
-                // Some programs break a comment over lines without a keyword.
-                _ => in_comment,
+                // Some programs break a comment over lines without a keyword, or leave its keyword out.
+                _ => in_comment || elements.is_empty(),
             };
             if !known {
                 let line: String = line.chars().take(60).collect();

@@ -147,6 +147,7 @@ fn a_text_is_read_however_its_lines_are_broken() {
             "element vertex",
             "comment made by\nsomething old, on\n\nobj_info x\nelement vertex",
         ),
+        PLY.replace("element vertex", "Created by something old\nelement vertex"),
         PLY.replace("face 1", "face 3").replace("4 0 1", "0\n2 1 2\n4 0 1"),
         PLY.replace(
             "element face",
