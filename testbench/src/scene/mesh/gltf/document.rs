@@ -6,6 +6,7 @@ use crate::scene::mesh::{Reading, bad};
 use ::gltf::json::image::MimeType;
 use ::gltf::json::validation::Checked;
 use ::gltf::{Document, Gltf, Semantic};
+use serde_json::Value;
 
 /// Size of a GLB's header.
 const GLB_HEADER_BYTES: u8 = 12;
@@ -41,7 +42,7 @@ pub(super) fn parse(
     }
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
     let mut json = document.into_json();
-    if !json.asset.version.starts_with("2.") {
+    if !is_read(&json.asset.version) {
         return Err(other(&json.asset.version));
     }
     extensions::check(file, &mut json)?;
@@ -97,17 +98,25 @@ pub(super) fn parse(
     Ok((Document::from_json(json).map_err(invalid)?, blob))
 }
 
-/// The version of a file of another one than 2.
+/// Whether a version is 2, or 2 and a minor one.
+fn is_read(version: &str) -> bool {
+    version.split('.').next() == Some("2")
+}
+
+/// The version of a file of another one than 2. Before 2 it need not be stated, and may be a number; what has a number now
+/// had a name then.
 fn other_version(bytes: &[u8]) -> Option<String> {
     let version = match bytes.strip_prefix(b"glTF") {
         Some(rest) => format!("{}.0", u32::from_le_bytes(*rest.first_chunk()?)),
         None => {
-            let json: serde_json::Value = serde_json::from_slice(bytes).ok()?;
-            // In glTF 1.0 it may be a number.
-            let version = &json["asset"]["version"];
-            let number = || version.as_u64().map(|number| format!("{number}.0"));
-            version.as_str().map(str::to_owned).or_else(number)?
+            let json: Value = serde_json::from_slice(bytes).ok()?;
+            match &json["asset"]["version"] {
+                Value::String(version) => version.clone(),
+                Value::Number(version) => version.to_string(),
+                _ if json["meshes"].is_object() => "1.0".into(),
+                _ => return None,
+            }
         }
     };
-    (!version.starts_with("2.")).then_some(version)
+    (!is_read(&version)).then_some(version)
 }

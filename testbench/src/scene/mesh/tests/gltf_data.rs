@@ -246,6 +246,9 @@ fn another_version_and_a_broken_file_are_one_sentence() {
         message("a.gltf", r#"{"asset":{"version":"1.1"},"scenes":[{}]}"#),
         "a.gltf: is glTF 1.1, expected glTF 2.0"
     );
+    for unstated in [r#"{"asset":{"version":1.0},"meshes":{}}"#, r#"{"meshes":{}}"#] {
+        assert_eq!(message("a.gltf", unstated), "a.gltf: is glTF 1.0, expected glTF 2.0");
+    }
     let mut binary = b"glTF".to_vec();
     binary.extend([1u32, 24, 4, 0].map(u32::to_le_bytes).concat());
     binary.extend(b"{}  ");
