@@ -4,7 +4,7 @@ use super::{SceneArgs, say};
 use comfy_table::{Table, presets};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::report::{align_right, at_margin, grouped};
-use pellucid_testbench::scene::PartContents;
+use pellucid_testbench::scene::{Extension, PartContents, TextureContents};
 use pellucid_testbench::source::{Source, SourceError};
 use serde_json::{Value, json};
 
@@ -46,7 +46,14 @@ fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
         number(fragments.transparent)
     );
     let Some(contents) = source.contents() else { return text };
-    text += &format!("Seen from {} (eye, point looked at, field of view).\n\n", contents.camera);
+    text += &format!("Seen from {} (eye, point looked at, field of view).\n", contents.camera);
+    if !contents.extensions.is_empty() {
+        let each =
+            |extension: &Extension| format!("{} ({})", extension.name, extension.handling.as_str());
+        let all: Vec<String> = contents.extensions.iter().map(each).collect();
+        text += &format!("Extensions: {}.\n", all.join(", "));
+    }
+    text.push('\n');
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.add_row([
@@ -54,6 +61,9 @@ fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
         "vertices",
         "triangles",
         "splats",
+        "material",
+        "alpha mode",
+        "textures",
         "opacity",
         "from x,y,z",
         "to x,y,z",
@@ -69,7 +79,15 @@ fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
         let [from, to] = bounds(part.bounds);
         let counts = [vertices, triangles, splats].map(|n| number(*n as u64));
         let name = if names.is_empty() { "without a name".to_string() } else { names.join(", ") };
-        table.add_row([format!("  {name}")].into_iter().chain(counts).chain([opacity, from, to]));
+        let textures: Vec<String> = part.textures.iter().map(TextureContents::to_string).collect();
+        let look = [
+            part.material.clone().unwrap_or_default(),
+            part.alpha_mode.map(|mode| mode.to_string()).unwrap_or_default(),
+            textures.join(", "),
+            opacity,
+        ];
+        let cells = [format!("  {name}")].into_iter().chain(counts).chain(look);
+        table.add_row(cells.chain([from, to]));
     }
     if contents.parts.len() > 1 {
         let sum = |of: fn(&PartContents) -> usize| {
@@ -78,11 +96,9 @@ fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
         let counts =
             [sum(|part| part.vertices), sum(|part| part.triangles), sum(|part| part.splats)];
         let [from, to] = bounds(contents.bounds());
-        table.add_row(["ALL".to_string()].into_iter().chain(counts).chain([
-            String::new(),
-            from,
-            to,
-        ]));
+        let look = [const { String::new() }; 4];
+        let cells = ["ALL".to_string()].into_iter().chain(counts).chain(look);
+        table.add_row(cells.chain([from, to]));
     }
     align_right(&mut table, &[1, 2, 3]);
     text + &at_margin(&table.to_string())
@@ -104,15 +120,24 @@ fn json(scene: &str, source: &Source, fragments: &Fragments) -> Value {
     });
     if let Some(contents) = source.contents() {
         let part = |part: &PartContents| {
-            let PartContents { names, vertices, triangles, splats, opacity: [least, most], bounds } =
-                part;
+            let PartContents { names, material, vertices, triangles, splats, .. } = part;
+            let [least, most] = part.opacity;
+            let texture = |texture: &TextureContents| {
+                let TextureContents { gives, size: [width, height] } = texture;
+                json!({ "gives": gives, "width": width, "height": height })
+            };
+            let textures: Vec<Value> = part.textures.iter().map(texture).collect();
             json!({
-                "names": names, "vertices": vertices, "triangles": triangles, "splats": splats,
-                "opacity": { "least": least, "most": most }, "bounds": ends(*bounds),
+                "names": names, "material": material,
+                "alpha_mode": part.alpha_mode.map(|mode| mode.to_string()), "textures": textures,
+                "vertices": vertices, "triangles": triangles, "splats": splats,
+                "opacity": { "least": least, "most": most }, "bounds": ends(part.bounds),
             })
         };
         json["camera"] = json!(contents.camera.to_string());
         json["bounds"] = json!(ends(contents.bounds()));
+        let extension = |extension: &Extension| json!({ "name": extension.name, "handling": extension.handling.as_str() });
+        json["extensions"] = contents.extensions.iter().map(extension).collect();
         json["parts"] = contents.parts.iter().map(part).collect();
     }
     json

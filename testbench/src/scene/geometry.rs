@@ -2,6 +2,7 @@
 
 use super::paint::Paint;
 use glam::{DVec3, Mat3, Vec3, Vec4};
+use std::fmt;
 use std::sync::Arc;
 
 /// Opacity of a mesh that states none.
@@ -12,11 +13,36 @@ pub(super) const VERTEX_BYTES: usize = 136;
 /// Bytes that a triangle takes: itself, and as it is drawn.
 pub(super) const TRIANGLE_BYTES: usize = 24;
 
+/// What a material says of alpha (glTF 2.0, 3.9.4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is passed over.
+    Opaque,
+    /// What has less alpha than this is not there, all else is opaque.
+    Mask(f32),
+    /// Alpha counts.
+    Blend,
+}
+
+impl fmt::Display for AlphaMode {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            AlphaMode::Opaque => f.write_str("OPAQUE"),
+            AlphaMode::Mask(cutoff) => write!(f, "MASK {cutoff}"),
+            AlphaMode::Blend => f.write_str("BLEND"),
+        }
+    }
+}
+
 /// Triangles that share their names and look.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Part {
     /// Names of the mesh, group and material, by which an alpha rule finds the part.
     pub names: Vec<String>,
+    /// What its material is called, if it has one that is known.
+    pub material: Option<String>,
+    /// The alpha mode of its material, in a format that has such.
+    pub alpha_mode: Option<AlphaMode>,
     /// Vertex positions, all finite.
     pub positions: Vec<Vec3>,
     /// One normal for each vertex, of any length, or empty to have them made.

@@ -30,8 +30,9 @@ mod texture;
 pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in};
 pub use camera::{Camera, CameraError};
-pub use contents::{Contents, PartContents};
+pub use contents::{Contents, Extension, Handling, PartContents, TextureContents};
 pub use error::SceneError;
+pub use geometry::AlphaMode;
 pub use order::{Order, OrderError};
 pub use set_up::point;
 
@@ -72,6 +73,8 @@ pub struct Scene {
     info: Screen,
     content: Content,
     notes: Vec<String>,
+    /// Those that the file of a mesh uses.
+    extensions: Vec<Extension>,
     /// The file of a mesh that moves, and how it is seen.
     moving: Option<Box<(String, Options)>>,
 }
@@ -139,7 +142,7 @@ impl Scene {
             _ => match built_in::paper::frame(name) {
                 Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
                 None => {
-                    let mesh::Loaded { parts, mut notes, has_no_opacity, moves } =
+                    let mesh::Loaded { parts, mut notes, extensions, has_no_opacity, moves } =
                         mesh::load(name, Room::new(options.memory_limit), seconds)?;
                     if has_no_opacity && options.alphas.is_empty() {
                         notes.push(format!(
@@ -152,14 +155,14 @@ impl Scene {
                         let camera = scene.camera();
                         Box::new((name.to_owned(), Options { camera, ..options.clone() }))
                     });
-                    Ok(Scene { notes, moving, ..scene })
+                    Ok(Scene { notes, extensions, moving, ..scene })
                 }
             },
         }
     }
 
     fn of(info: Screen, content: Content) -> Scene {
-        Scene { info, content, notes: vec![], moving: None }
+        Scene { info, content, notes: vec![], extensions: vec![], moving: None }
     }
 
     /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
@@ -170,7 +173,7 @@ impl Scene {
     /// What it is made of; nothing if it is not made of meshes.
     pub fn contents(&self) -> Option<Contents> {
         match &self.content {
-            Content::Surface(surface) => Some(surface.contents()),
+            Content::Surface(surface) => Some(surface.contents(&self.extensions)),
             Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
     }

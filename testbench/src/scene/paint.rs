@@ -5,6 +5,7 @@
 //! is linear in space, divided by w, is linear on the screen.
 
 use super::clip::Vertex;
+use super::contents::least_and_most;
 use super::raster::packed;
 use super::srgb::encoded;
 use super::texture::{Image, Wrap};
@@ -54,6 +55,24 @@ pub(super) struct Paint {
 }
 
 impl Paint {
+    /// The least and the most alpha, 0..=1, that fragments can have.
+    pub fn opacity(&self) -> [f32; 2] {
+        if let Some(alpha) = self.alpha {
+            return [alpha; 2];
+        }
+        let mut alpha = [1.0; 2];
+        if !self.is_solid {
+            alpha = least_and_most(self.colours.iter().map(|colour| colour.w)).unwrap_or(alpha);
+            let texture = self
+                .colour
+                .as_ref()
+                .map_or([1.0; 2], |texture| texture.image.least_and_most(|texel| texel.w));
+            alpha = [alpha[0] * texture[0], alpha[1] * texture[1]];
+        }
+        let veil = self.veil.as_ref().map_or([1.0; 2], Veil::least_and_most);
+        [alpha[0] * veil[0], alpha[1] * veil[1]]
+    }
+
     /// Paints the fragments of a triangle and passes on those that are not discarded. `corners` are the numbers of its
     /// `vertices` here; the colour of these multiplies the sRGB levels.
     pub fn paint<'a, E>(
@@ -101,6 +120,14 @@ impl Paint {
 }
 
 impl Veil {
+    /// The least and the most of it anywhere.
+    fn least_and_most(&self) -> [f32; 2] {
+        let image = self.image.as_ref().map_or([0.0; 2], |(Texture { image, .. }, weights)| {
+            image.least_and_most(|texel| texel.dot(*weights))
+        });
+        image.map(|image| (self.plain + image).clamp(0.0, 1.0))
+    }
+
     fn at(&self, place: Vec2, footprint: Vec2) -> f32 {
         let image = self.image.as_ref().map_or(0.0, |(Texture { image, wraps }, weights)| {
             image.values(place, footprint, *wraps).dot(*weights)

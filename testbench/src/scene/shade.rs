@@ -6,7 +6,7 @@
 use super::Screen;
 use super::camera::{Camera, View};
 use super::clip::Vertex;
-use super::contents::Contents;
+use super::contents::{Contents, Extension};
 use super::geometry::Part;
 use super::order::Order;
 use super::paint::Paint;
@@ -99,9 +99,9 @@ impl Surface {
         Surface { parts, camera, info, projected }
     }
 
-    /// What it is made of.
-    pub fn contents(&self) -> Contents {
-        Contents::new(self.camera, &self.parts)
+    /// What it is made of, with these extensions.
+    pub fn contents(&self, extensions: &[Extension]) -> Contents {
+        Contents::new(self.camera, &self.parts, extensions)
     }
 
     /// The same parts after the camera has gone round what it looks at by so many degrees.

@@ -7,6 +7,7 @@ mod decode;
 
 pub(super) use decode::Encoded;
 
+use super::contents::least_and_most;
 use super::srgb::{decoded_byte, encoded};
 use glam::{Vec2, Vec4};
 
@@ -69,6 +70,17 @@ impl Image {
             levels.push(smaller);
         }
         Image(levels)
+    }
+
+    /// Width and height in texels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.0[0].width, self.0[0].height]
+    }
+
+    /// The least and the most that its texels, all channels as they are, 0..=1, make of something.
+    pub fn least_and_most(&self, of: impl Fn(Vec4) -> f32) -> [f32; 2] {
+        let made = self.0[0].texels.iter().map(|texel| of(values(*texel)));
+        least_and_most(made).unwrap_or_default()
     }
 
     /// Whether a texel is not opaque.

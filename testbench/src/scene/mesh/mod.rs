@@ -13,6 +13,7 @@ mod reading;
 
 use super::SceneError;
 use super::built_in;
+use super::contents::Extension;
 use super::geometry::Part;
 use crate::room::Room;
 use encoding_rs_io::DecodeReaderBytesBuilder;
@@ -44,6 +45,8 @@ pub(super) struct Loaded {
     pub parts: Vec<Part>,
     /// What is to be said of the file, each as one sentence.
     pub notes: Vec<String>,
+    /// Extensions that the file uses, by name.
+    pub extensions: Vec<Extension>,
     /// Whether there are parts of which the file says nothing of the opacity.
     pub has_no_opacity: bool,
     /// Whether the parts are others at another time.

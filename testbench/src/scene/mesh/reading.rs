@@ -4,8 +4,8 @@ use super::Loaded;
 use super::lines::Lines;
 use super::polygon::{Cut, Cutter};
 use crate::room::Room;
-use crate::scene::SceneError;
 use crate::scene::geometry::Part;
+use crate::scene::{Extension, SceneError};
 use glam::Vec3;
 use std::fmt;
 use std::io::{self, ErrorKind, Read};
@@ -21,6 +21,8 @@ pub(super) struct Reading<'a> {
     pub seconds: f32,
     /// Whether anything does.
     pub moves: bool,
+    /// Extensions that it uses.
+    pub extensions: Vec<Extension>,
     room: Room,
     notes: Vec<String>,
     /// What is in the file and not seen.
@@ -57,9 +59,9 @@ impl Found {
 impl<'a> Reading<'a> {
     /// Nothing read yet.
     pub fn new(path: &'a str, room: Room) -> Reading<'a> {
-        let (notes, passed_over) = (vec![], vec![]);
+        let (notes, passed_over, extensions) = (vec![], vec![], vec![]);
         let (seconds, moves, has_no_opacity) = (0.0, false, false);
-        Reading { path, seconds, moves, room, notes, passed_over, has_no_opacity }
+        Reading { path, seconds, moves, extensions, room, notes, passed_over, has_no_opacity }
     }
 
     /// Takes room for so many bytes.
@@ -116,8 +118,8 @@ impl<'a> Reading<'a> {
                 self.passed_over.iter().map(|(what, place)| format!("{what} ({place})"));
             self.note(format!("not seen: {}", passed_over.collect::<Vec<_>>().join(", ")));
         }
-        let Reading { notes, has_no_opacity, moves, .. } = self;
-        Loaded { parts, notes, has_no_opacity, moves }
+        let Reading { notes, extensions, has_no_opacity, moves, .. } = self;
+        Loaded { parts, notes, extensions, has_no_opacity, moves }
     }
 
     /// All bytes of the file, or of one that it names.

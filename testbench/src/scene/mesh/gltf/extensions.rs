@@ -1,7 +1,7 @@
 //! What becomes of a glTF file's extensions.
 
 use super::super::Reading;
-use crate::scene::SceneError;
+use crate::scene::{Extension, Handling, SceneError};
 use ::gltf::json::Root;
 
 /// Extensions that are read.
@@ -40,10 +40,18 @@ pub(super) fn check(file: &mut Reading, json: &mut Root) -> Result<(), SceneErro
         );
     }
     json.extensions_required.clear();
-    let mut others: Vec<&str> =
-        json.extensions_used.iter().map(String::as_str).filter(|name| !is_met(name)).collect();
-    others.sort_unstable();
-    others.dedup();
+    let mut used = std::mem::take(&mut json.extensions_used);
+    used.sort_unstable();
+    used.dedup();
+    let handling = |name: &str| match name {
+        _ if READ.contains(&name) => Handling::Read,
+        _ if WITHOUT_EFFECT.contains(&name) => Handling::WithoutEffect,
+        _ => Handling::PassedOver,
+    };
+    file.extensions =
+        used.into_iter().map(|n| Extension { handling: handling(&n), name: n }).collect();
+    let others = file.extensions.iter().filter(|e| e.handling == Handling::PassedOver);
+    let others: Vec<&str> = others.map(|extension| extension.name.as_str()).collect();
     if !others.is_empty() {
         file.note(format!("extensions that are passed over: {}", others.join(", ")));
     }

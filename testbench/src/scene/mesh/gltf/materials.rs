@@ -4,12 +4,12 @@ use super::super::Reading;
 use super::images::Images;
 use super::vertices::Vertices;
 use crate::scene::SceneError;
-use crate::scene::geometry::{DEFAULT_ALPHA, Part};
+use crate::scene::geometry::{AlphaMode, DEFAULT_ALPHA, Part};
 use crate::scene::paint::{PAINT_BYTES, Paint, Texture, Veil};
 use crate::scene::srgb::encoded;
 use ::gltf::Semantic;
 use ::gltf::accessor::Dimensions;
-use ::gltf::material::AlphaMode;
+use ::gltf::material::AlphaMode as Mode;
 use ::gltf::texture::Info;
 use glam::{Mat2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -43,6 +43,17 @@ pub(super) fn dress(
     colours.resize(vertices.count, Vec4::ONE);
     colours.iter_mut().for_each(|colour| *colour = bounded(*colour * Vec4::from(factor)));
     part.unlit = material.unlit();
+    part.material = Some(match (material.name(), material.index()) {
+        (None, Some(index)) => format!("material {index}"),
+        (name, _) => name.unwrap_or_default().to_owned(),
+    });
+    let cutoff = material.alpha_cutoff().unwrap_or(DEFAULT_CUTOFF);
+    let mode = match material.alpha_mode() {
+        Mode::Opaque => AlphaMode::Opaque,
+        Mode::Mask => AlphaMode::Mask(cutoff),
+        Mode::Blend => AlphaMode::Blend,
+    };
+    part.alpha_mode = Some(mode);
 
     let mut textures = Textures { file, images, vertices, places: vec![] };
     let colour = match &info {
@@ -67,9 +78,8 @@ pub(super) fn dress(
     if veil.is_some() {
         file.note_once("transmission is drawn as an alpha of 1 - transmission");
     }
-    let is_solid = material.alpha_mode() != AlphaMode::Blend;
-    let cutoff = (material.alpha_mode() == AlphaMode::Mask)
-        .then(|| material.alpha_cutoff().unwrap_or(DEFAULT_CUTOFF));
+    let is_solid = mode != AlphaMode::Blend;
+    let cutoff = if let AlphaMode::Mask(cutoff) = mode { Some(cutoff) } else { None };
     let is_plain = colour.is_none() && veil.as_ref().is_none_or(|veil| veil.image.is_none());
     // A mask that no vertex falls below discards nothing.
     if is_plain && colours.iter().all(|colour| colour.w >= cutoff.unwrap_or(0.0)) {

@@ -263,6 +263,7 @@ impl<'a> Builder<'a> {
         let mut part = Part::new(names.collect());
         if let Some(material) = material {
             part.alpha = material.alpha();
+            part.material = Some(run.material.clone());
         }
         Builder {
             faces,

@@ -1,7 +1,7 @@
 //! Materials of glTF: textures, alpha modes, extensions; what each fragment of a square gets.
 
 use super::*;
-use crate::scene::{Options, Scene};
+use crate::scene::{AlphaMode, Options, PartContents, Scene, TextureContents};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{Vec2, vec2};
@@ -333,4 +333,43 @@ fn an_image_is_held_against_the_memory_limit_before_it_is_decoded() {
     let refused = within(Some("200M".parse().unwrap()), "a.gltf", &json).err().unwrap();
     assert!(refused.to_string().contains("does not fit into the memory"), "{refused}");
     within(Some("400M".parse().unwrap()), "a.gltf", &json).unwrap();
+}
+
+/// What such a file has of its one part.
+fn part(json: &str, alphas: &[&str]) -> PartContents {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.gltf");
+    fs::write(&path, json).unwrap();
+    let alphas = alphas.iter().map(|alpha| alpha.parse().unwrap()).collect();
+    let options = Options { alphas, ..Options::default() };
+    let scene = Scene::open(path.to_str().unwrap(), &options).unwrap();
+    scene.contents().unwrap().parts.into_iter().next().unwrap()
+}
+
+#[test]
+fn contents_have_the_opacity_that_textures_give() {
+    let image = format!(r#""uri":"{}""#, data_uri("image/png", &png(2, &[[51; 4], [255; 4]])));
+    let square = |alpha: f32, material: &str| {
+        square([1.0, 1.0, 1.0, alpha], &format!("{TEXTURED},{material}"), &image, "")
+    };
+    let [blend, mask] = [r#""alphaMode":"BLEND""#, r#""alphaMode":"MASK","alphaCutoff":0.75"#];
+    let texture = TextureContents { gives: "colour", size: [2, 1] };
+    for (alpha, material, mode, opacity) in [
+        (0.5, blend, AlphaMode::Blend, [0.1, 0.5]),
+        (0.5, mask, AlphaMode::Mask(0.75), [1.0, 1.0]),
+        (0.5, r#""name":"a""#, AlphaMode::Opaque, [1.0, 1.0]),
+    ] {
+        let part = part(&square(alpha, material), &[]);
+        assert_eq!((part.alpha_mode, &part.textures[..]), (Some(mode), &[texture][..]));
+        assert_eq!(part.opacity, opacity);
+        let name = if material.contains("name") { "a" } else { "material 0" };
+        assert_eq!(part.material.as_deref(), Some(name));
+    }
+    assert_eq!(part(&square(0.5, blend), &["0.3"]).opacity, [0.3; 2], "a rule wins");
+    let transmission = r#""extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5,
+        "transmissionTexture":{"index":0}}}"#;
+    let part = part(&square(0.5, transmission), &[]);
+    // 51 of 255 of the half pass through, or all of the half.
+    assert_eq!(part.opacity, [0.5, 0.9]);
+    assert_eq!(part.textures, [texture, TextureContents { gives: "alpha", ..texture }]);
 }
