@@ -40,7 +40,7 @@ pub(super) struct Veil {
 pub(super) struct Paint {
     /// Colour of each vertex as light, and its alpha, all 0..=1.
     pub colours: Vec<Vec4>,
-    /// Where each vertex lies on the images, all finite: the first two on that of `colour`, the last two on that of `veil`.
+    /// Where each vertex lies on the images: the first two on that of `colour`, the last two on that of `veil`.
     pub places: Vec<Vec4>,
     /// Multiplies colour and alpha.
     pub colour: Option<Texture>,

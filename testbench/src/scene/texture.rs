@@ -152,7 +152,10 @@ impl Level {
     /// Mixes the four texels around a point.
     fn sample(&self, point: Vec2, wraps: [Wrap; 2], of: fn(Texel) -> Vec4) -> Vec4 {
         let place = point * Vec2::new(self.width as f32, self.height as f32) - 0.5;
-        let (first, part) = (place.floor(), place - place.floor());
+        let first = place.floor();
+        // What is so far away, or nowhere, that it lies between no two texels, is taken to lie on one.
+        let part = place - first;
+        let part = Vec2::select(part.is_nan_mask(), Vec2::ZERO, part);
         let (x, y) = (first.x as i64, first.y as i64);
         let columns = [x, x.saturating_add(1)].map(|x| wraps[0].texel(x, self.width));
         let rows = [y, y.saturating_add(1)].map(|y| wraps[1].texel(y, self.height));

@@ -84,7 +84,9 @@ fn no_png(error: png::DecodingError) -> String {
 }
 
 fn no_jpeg(error: impl fmt::Display) -> String {
-    format!("is no valid JPEG: {error}")
+    // The library breaks some of its sentences over lines.
+    let what = error.to_string();
+    format!("is no valid JPEG: {}", what.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
 /// Grey, grey with alpha, colour, or colour with alpha as all four.

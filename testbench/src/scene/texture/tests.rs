@@ -138,3 +138,38 @@ fn a_far_image_is_seen_at_the_level_of_its_footprint() {
     let between = at(Vec2::splat(0.25 * 2f32.sqrt()));
     assert!((between - grey / 2.0).abs() < 1e-6, "half-way between two levels: {between}");
 }
+
+/// As the coordinates of a texture are that are repeated more often than a number can tell.
+#[test]
+fn a_sample_at_any_place_is_of_the_texels() {
+    let two = image(2, 1, &[[40, 40, 40, 40], [240, 240, 240, 240]]);
+    for at in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, 1e20, -3e9] {
+        for (place, wrap) in WRAPS.iter().flat_map(|wrap| {
+            [Vec2::new(at, 0.5), Vec2::new(0.5, at), Vec2::splat(at)].map(|place| (place, *wrap))
+        }) {
+            let value = two.values(place, Vec2::splat(at.abs()), [wrap; 2]).x * 255.0;
+            assert!((39.9..240.1).contains(&value), "{place} {wrap:?}: {value}");
+        }
+    }
+}
+
+#[test]
+fn no_cut_or_changed_byte_makes_a_decoder_panic() {
+    let tried = |bytes: &[u8]| {
+        let encoded = Encoded::new(bytes).ok().flatten();
+        encoded.is_some_and(|encoded| encoded.decode().is_ok())
+    };
+    let palette = png(ColorType::Indexed, BitDepth::One, &[0x40]);
+    let files = [&include_bytes!("halves.jpg")[..], include_bytes!("grey.jpg"), &palette];
+    for file in files {
+        assert!(tried(file), "as it is");
+        for at in 0..file.len() {
+            for byte in [0, 1, 0x7f, 0x80, 0xff, file[at] ^ 1, file[at] ^ 0x10] {
+                let mut file = file.to_vec();
+                file[at] = byte;
+                tried(&file);
+            }
+            tried(&file[..at]);
+        }
+    }
+}
