@@ -1,9 +1,11 @@
 //! The models that Assimp is tested with, as Debian's package `assimp-testmodels` installs them: each plays, or is refused
 //! with the words that `assimp.txt` has for it.
 //!
-//! A line of the table is `plays FRAGMENTS IMAGE FILE`, where the image is the CRC-32 of its red, green and blue bytes row
-//! by row, or `refused` or `note` and the sentence. With the environment variable `PELLUCID_UPDATE_ASSIMP=1` the table is
-//! written anew, and the images beside the test's program: look at those that are others than before.
+//! An entry of the table is a file with the CRC-32 of its bytes, then `plays FRAGMENTS IMAGE` with the CRC-32 of the red,
+//! green and blue bytes of the image row by row, or `refused` and the sentence, then notes. A file that is another one in the
+//! package's version at hand is played, and its outcome not compared. With the environment variable
+//! `PELLUCID_UPDATE_ASSIMP=1` the table is written anew, and the images beside the test's program: look at those that are
+//! others than before.
 
 #[path = "../command/tests/tools/mod.rs"]
 mod tools;
@@ -12,6 +14,7 @@ use flate2::Crc;
 use pellucid_testbench::golden::Golden;
 use pellucid_testbench::image::Image;
 use pellucid_testbench::scene::{Options, Scene};
+use std::collections::HashMap;
 use std::convert::Infallible;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,35 +29,51 @@ fn every_model_plays_or_is_refused_as_the_table_says() {
     }
     let renewed = std::env::var_os("PELLUCID_UPDATE_ASSIMP").is_some_and(|value| value == "1");
     let images = Path::new(env!("CARGO_TARGET_TMPDIR")).join("assimp");
-    let mut found = String::new();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assimp.txt");
+    let table = fs::read_to_string(&path).unwrap();
+    let mut entries = table.trim_end().split("\n\n");
+    let comment = entries.next().unwrap();
+    let expected: HashMap<&str, &str> = entries.filter_map(|e| e.split_once('\n')).collect();
+    let (mut renewed_table, mut known, mut faults) = (comment.to_owned(), 0, String::new());
     for file in models() {
+        // What a test prints is shown when it fails or panics.
+        println!("{file}");
+        let model =
+            format!("{file} {:08x}", crc(&fs::read(Path::new(MODELS).join(&file)).unwrap()));
         let (lines, image) = outcome(&file);
-        found += &lines;
+        match expected.get(model.as_str()) {
+            Some(expected) => {
+                known += 1;
+                if lines != *expected {
+                    faults += &format!("{model}\nexpected: {expected}\nfound: {lines}\n");
+                }
+            }
+            None => println!("not in the table: {model}"),
+        }
+        renewed_table += &format!("\n\n{model}\n{lines}");
         if let (Some(image), true) = (image, renewed) {
             fs::create_dir_all(&images).unwrap();
             image.write_png(&images.join(file.replace('/', "+") + ".png")).unwrap();
         }
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/assimp.txt");
-    let table = fs::read_to_string(&path).unwrap();
-    let (comments, expected): (Vec<&str>, Vec<&str>) =
-        table.lines().partition(|line| line.starts_with('#'));
     if renewed {
-        fs::write(&path, comments.join("\n") + "\n" + &found).unwrap();
+        fs::write(&path, renewed_table + "\n").unwrap();
         println!("the images are in {}", images.display());
         return;
     }
-    let found: Vec<&str> = found.lines().collect();
-    let only = |some: &[&str], others: &[&str], sign: &str| -> String {
-        let only = some.iter().filter(|line| !others.contains(line));
-        only.map(|line| format!("{sign}{line}\n")).collect()
-    };
+    assert!(faults.is_empty(), "{faults}`PELLUCID_UPDATE_ASSIMP=1` writes the table anew");
     assert!(
-        found == expected,
-        "the table, -, is another than what was found, +:\n{}{}`PELLUCID_UPDATE_ASSIMP=1` writes it anew",
-        only(&expected, &found, "-"),
-        only(&found, &expected, "+"),
+        2 * known > expected.len(),
+        "{known} of the table's {} files are there",
+        expected.len()
     );
+}
+
+/// The CRC-32 of bytes.
+fn crc(bytes: &[u8]) -> u32 {
+    let mut crc = Crc::new();
+    crc.update(bytes);
+    crc.sum()
 }
 
 /// The models by their paths from the folder, in their order.
@@ -82,8 +101,6 @@ fn models() -> Vec<String> {
 
 /// What the table has to say of a file, and its image if it plays.
 fn outcome(file: &str) -> (String, Option<Image>) {
-    // What a test prints is shown when it fails or panics.
-    println!("{file}");
     let options = Options {
         width: Some(96),
         height: Some(72),
@@ -91,7 +108,7 @@ fn outcome(file: &str) -> (String, Option<Image>) {
         ..Options::default()
     };
     let said = |kind: &str, sentence: &str| {
-        format!("{kind} {}\n", sentence.replace(&format!("{MODELS}/"), ""))
+        format!("{kind} {}", sentence.replace(&format!("{MODELS}/"), ""))
     };
     let scene = match Scene::open(&format!("{MODELS}/{file}"), &options) {
         Ok(scene) => scene,
@@ -103,9 +120,9 @@ fn outcome(file: &str) -> (String, Option<Image>) {
         Ok(())
     });
     let image = Golden::new(scene.info()).of(&fragments).unwrap().image;
-    let mut crc = Crc::new();
-    image.pixels.iter().for_each(|pixel| crc.update(&pixel.to_be_bytes()[1..]));
-    let mut lines = format!("plays {} {:08x} {file}\n", fragments.len(), crc.sum());
+    let colours: Vec<u8> =
+        image.pixels.iter().flat_map(|pixel| pixel.to_be_bytes().into_iter().skip(1)).collect();
+    let mut lines = vec![format!("plays {} {:08x}", fragments.len(), crc(&colours))];
     lines.extend(scene.notes().iter().map(|note| said("note", note)));
-    (lines, Some(image))
+    (lines.join("\n"), Some(image))
 }
