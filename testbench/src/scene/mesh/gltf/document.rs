@@ -112,6 +112,7 @@ fn other_version(bytes: &[u8]) -> Option<String> {
             let json: Value = serde_json::from_slice(bytes).ok()?;
             match &json["asset"]["version"] {
                 Value::String(version) => version.clone(),
+                Value::Number(version) if version.is_u64() => format!("{version}.0"),
                 Value::Number(version) => version.to_string(),
                 _ if json["meshes"].is_object() => "1.0".into(),
                 _ => return None,
