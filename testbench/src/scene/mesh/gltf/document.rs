@@ -10,6 +10,8 @@ use serde_json::Value;
 
 /// Size of a GLB's header.
 const GLB_HEADER_BYTES: u8 = 12;
+/// Bytes that a value of a document takes in memory, about: an object of several fields.
+const VALUE_BYTES: usize = 256;
 
 /// The document, with every index in it checked, and a GLB's binary part.
 pub(super) fn parse(
@@ -35,6 +37,7 @@ pub(super) fn parse(
         };
         bad(path, None, format!("expected glTF 2.0: {what}"))
     };
+    file.take(values(bytes).saturating_mul(VALUE_BYTES))?;
     // Two checks that the library takes for granted: a GLB is as long as its header, and positions exist.
     let length = bytes.strip_prefix(b"glTF").and_then(|rest| rest.get(4..8));
     if length.is_some_and(|bytes| bytes[0] < GLB_HEADER_BYTES && bytes[1..] == [0; 3]) {
@@ -96,6 +99,16 @@ pub(super) fn parse(
         accessor.max = accessor.min.clone();
     }
     Ok((Document::from_json(json).map_err(invalid)?, blob))
+}
+
+/// How many values a document has, at most: each but the first stands behind a comma or begins a list or an object.
+fn values(bytes: &[u8]) -> usize {
+    // In a GLB it is the first chunk, behind the header and the chunk's length and kind.
+    let chunk = bytes.strip_prefix(b"glTF").and_then(|_| {
+        let length = u32::from_le_bytes(*bytes.get(12..)?.first_chunk()?);
+        bytes.get(20..)?.get(..length as usize)
+    });
+    chunk.unwrap_or(bytes).iter().filter(|byte| matches!(byte, b',' | b'[' | b'{')).count()
 }
 
 /// Whether a version is 2, or 2 and a minor one.

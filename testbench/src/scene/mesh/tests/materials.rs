@@ -390,6 +390,17 @@ fn an_image_is_held_against_the_memory_limit_before_it_is_decoded() {
     within(Some("400M".parse().unwrap()), "a.gltf", &json).unwrap();
 }
 
+/// Half a megabyte of text that stands for 64 MiB.
+#[test]
+fn a_document_is_held_against_the_memory_limit_before_it_is_read() {
+    let many = format!(r#"{{"asset":{{"version":"1.0"}},"any":[{}0]}}"#, "0,".repeat(1 << 18));
+    let said = |limit: &str| {
+        within(Some(limit.parse().unwrap()), "a.gltf", &many).err().unwrap().to_string()
+    };
+    assert!(said("60M").contains("does not fit into the memory"), "{}", said("60M"));
+    assert!(said("70M").contains("is glTF 1.0"), "{}", said("70M"));
+}
+
 /// What such a file has of its one part.
 fn part(json: &str, alphas: &[&str]) -> PartContents {
     let folder = TempDir::new().unwrap();
