@@ -47,8 +47,14 @@ pub fn scene() -> NamedTempFile {
         }
         // Of the opaque ones some lie behind all, and the others hide a part of what came before them.
         let back = if [1, 2].contains(&(k % 16)) { 0.7 } else { 0.0 };
-        for [x, y, z] in corners.map(|[x, y, z]| [x, y, z - back]) {
-            let [red, green, blue, alpha] = [(); 4].map(|()| (128.0 + random(127.9)) as u8);
+        let mut colour = [0; 4];
+        for (corner, [x, y, z]) in corners.map(|[x, y, z]| [x, y, z - back]).into_iter().enumerate()
+        {
+            // Of one colour it is one primitive, however deep it goes.
+            if corner == 0 || !matches!(k % 16, 3 | 6 | 8) {
+                colour = [(); 4].map(|()| (128.0 + random(127.9)) as u8);
+            }
+            let [red, green, blue, alpha] = colour;
             let opaque = [1, 2, 5, 12].contains(&(k % 16)) || k % 32 == 0;
             let alpha = if opaque { 255 } else { alpha };
             writeln!(vertices, "{x:.4} {y:.4} {z:.4} {red} {green} {blue} {alpha}").unwrap();
