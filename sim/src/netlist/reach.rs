@@ -52,21 +52,18 @@ pub fn without_effect(module: &Module) -> Vec<String> {
             }
         }
     }
-    let changes = |k: usize| {
-        let next = dissolve.ops[registers[k].next].0;
-        !matches!(next, Flat::Register(same) if same == k)
-    };
     let (mut first, mut ram) = (0, 0);
     let mut found = vec![];
     for place in &dissolve.places {
-        let own = place.module.registers.iter().enumerate();
-        for (k, r) in own.filter(|(k, _)| place.module.owner(*k).is_none()) {
-            if changes(first + k) && !register[first + k] {
+        let module = place.module;
+        for (k, r) in module.registers.iter().enumerate() {
+            let is_own = module.owner(k).is_none() && !module.is_constant(k);
+            if is_own && !register[first + k] {
                 found.push(crate::join(&place.path, &r.path));
             }
         }
-        first += place.module.registers.len();
-        for memory in &place.module.rams {
+        first += module.registers.len();
+        for memory in &module.rams {
             let path = crate::join(&place.path, &memory.path);
             let leaves = memory.word.leaves.iter().zip(&fields[ram]);
             found.extend(
