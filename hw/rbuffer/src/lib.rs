@@ -56,9 +56,6 @@ pub struct State {
     #[with(cfg.screen)]
     #[block(Front)]
     pub front: front::State,
-    /// The frame is asked for again, until its first item comes.
-    #[exists(cfg.replay)]
-    pub replay: bool,
     /// See [`rounds`].
     #[with(*cfg)]
     #[exists(cfg.replay)]
@@ -177,7 +174,8 @@ impl Block for RBuffer {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
         let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
-        Status { replay: cfg.replay && q.replay, ..front }
+        let replay = if cfg.replay { Rounds::moore(cfg, &q.rounds, &()).replay } else { false };
+        Status { replay, ..front }
     }
 
     #[inline(always)]
@@ -242,10 +240,11 @@ impl Block for RBuffer {
                 stored,
                 roomy: queue.count <= cfg.queue.on_chip >> 1,
                 emptied: pass.done,
+                comes: i.fragment.valid && front.status.ready,
             };
             Rounds::next(cfg, &q.rounds, &mut d.rounds, &mut (), to_rounds)
         } else {
-            rounds::Out { replay: false, done: pass.done }
+            rounds::Out { ends: false, done: pass.done }
         };
         let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
         let blend = if resolving {
@@ -260,23 +259,19 @@ impl Block for RBuffer {
             passed_ready: selector_ready,
             stored,
             resolved: blend.frame_done,
-            again: rounds.replay,
+            again: rounds.ends,
             depth_read: select.depth_read,
             depth_write: select.depth_write,
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
         };
-        if cfg.replay {
-            let comes = i.fragment.valid && front.status.ready;
-            d.replay = rounds.replay || (q.replay && !comes);
-        }
         let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
 
         Out {
             phase: done.phase,
             fragment: i.fragment.with(front.status.ready),
             image: front.status.image.with(i.image_ready),
-            replay: cfg.replay && q.replay,
+            replay: round.replay,
             passed: front.passed.with(selector_ready),
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),
@@ -288,8 +283,8 @@ impl Block for RBuffer {
                 spilled: queued.spilled,
                 dropped: select.dropped,
                 again: round.again,
-                round_ends: rounds.replay,
-                round_failed: rounds.replay && round.failed,
+                round_ends: rounds.ends,
+                round_failed: rounds.ends && round.failed,
                 pass_begins: pass.begins,
                 culled_late: select.culled,
                 blended: blend.blended,

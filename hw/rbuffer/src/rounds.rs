@@ -3,14 +3,15 @@
 //! ```text
 //!  overflowed ------->+--------+
 //!  stored, roomy ---->| Rounds |---> from, to (the band of pixels), failed
-//!  passes done ------>|        |---> replay, done
+//!  passes done ------>|        |---> ends, done
+//!  an item comes ---->|        |---> replay
 //!                     +--------+
 //! ```
 //! With `overflow=replay` a round takes the fragments of a band of pixels, at first of all. If they do not
 //! fit into the queue the round has failed: the rest of it is passed over, what is in the queue is thrown
 //! away, and the frame is asked for again with a band of half as many pixels. Once a band is blended, the
 //! frame is asked for again for the next one, of as many pixels, or of twice as many if half of the queue
-//! was free; until there is none. Of a band of one pixel what does not fit is dropped. With
+//! was free; until there is none. `replay` is high until its first item comes. Of a band of one pixel what does not fit is dropped. With
 //! `overflow=outside` there is one round ([`once`]) and nothing of this block.
 
 use super::config::Config;
@@ -34,6 +35,8 @@ pub struct State {
     pub roomy: bool,
     /// The frame came before.
     pub again: bool,
+    /// It is asked for again.
+    pub replay: bool,
 }
 
 /// Inputs.
@@ -47,6 +50,8 @@ pub struct In {
     pub roomy: bool,
     /// Nothing is left in the queue.
     pub emptied: bool,
+    /// An item of the frame comes.
+    pub comes: bool,
 }
 
 /// Outputs of registers.
@@ -64,18 +69,21 @@ pub struct Moore {
     pub smallest: bool,
     /// The frame came before.
     pub again: bool,
+    /// What comes next is the same frame again, from its first item.
+    pub replay: bool,
 }
 
 /// What is seen where the frame is sent once: all pixels are the band, and what does not fit is dropped.
 pub fn once(cfg: &Config) -> Moore {
-    Moore { from: 0, to: cfg.screen.pixels(), failed: false, smallest: true, again: false }
+    let to = cfg.screen.pixels();
+    Moore { from: 0, to, failed: false, smallest: true, again: false, replay: false }
 }
 
 /// Outputs.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
-    /// The frame is to be sent again.
-    pub replay: bool,
+    /// The round ends, and the frame is to be sent again.
+    pub ends: bool,
     /// The frame's last band is blended.
     pub done: bool,
 }
@@ -94,7 +102,8 @@ impl Block for Rounds {
     type Mem = ();
 
     fn reset(cfg: &Config) -> State {
-        State { from: 0, to: cfg.screen.pixels(), failed: false, roomy: false, again: false }
+        let to = cfg.screen.pixels();
+        State { from: 0, to, failed: false, roomy: false, again: false, replay: false }
     }
 
     fn memories(_: &Config) {}
@@ -102,13 +111,15 @@ impl Block for Rounds {
     #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         let smallest = q.from + 1 == q.to;
-        Moore { from: q.from, to: q.to, failed: q.failed, smallest, again: q.again }
+        let State { from, to, failed, again, replay, .. } = *q;
+        Moore { from, to, failed, smallest, again, replay }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let whole = q.to == cfg.screen.pixels();
-        let replay = i.emptied && (q.failed || !whole);
+        let ends = i.emptied && (q.failed || !whole);
+        d.replay = ends || (q.replay && !i.comes);
         d.failed = (q.failed || i.overflowed) && !i.emptied;
         if i.stored {
             d.roomy = i.roomy;
@@ -129,9 +140,9 @@ impl Block for Rounds {
                     cfg.screen.pixels()
                 };
             }
-            d.again = replay;
+            d.again = ends;
         }
-        Out { replay, done: i.emptied && !replay }
+        Out { ends, done: i.emptied && !ends }
     }
 }
 
@@ -146,14 +157,21 @@ mod tests {
     fn round(sim: &mut Sim<Rounds>, fits: bool, roomy: bool) -> (u32, u32, bool) {
         let Moore { from, to, failed, .. } = sim.moore();
         assert!(!failed, "a round begins without a fault");
-        let nothing = In { overflowed: false, stored: false, roomy, emptied: false };
-        sim.clock(In { overflowed: !fits, ..nothing }).unwrap();
-        assert_eq!(sim.moore().failed, !fits);
+        let nothing = In { overflowed: false, stored: false, roomy, emptied: false, comes: false };
+        // The frame is asked for until its first item comes.
+        let asks = sim.moore().again;
+        for comes in [false, true] {
+            assert_eq!(sim.moore().replay, asks);
+            sim.clock(In { comes, ..nothing }).unwrap();
+        }
+        assert!(!sim.moore().replay);
+        sim.clock(In { overflowed: !fits, comes: true, ..nothing }).unwrap();
+        assert_eq!((sim.moore().failed, sim.moore().replay), (!fits, false));
         sim.clock(In { stored: true, ..nothing }).unwrap();
-        let Out { replay, done } = sim.clock(In { emptied: true, ..nothing }).unwrap().out;
-        assert_ne!(replay, done);
-        assert_eq!(sim.moore().again, replay);
-        (from, to, replay)
+        let Out { ends, done } = sim.clock(In { emptied: true, ..nothing }).unwrap().out;
+        assert_ne!(ends, done);
+        assert_eq!((sim.moore().again, sim.moore().replay), (ends, ends));
+        (from, to, ends)
     }
 
     #[test]

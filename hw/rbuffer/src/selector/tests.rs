@@ -26,7 +26,8 @@ struct Course {
 
 /// All in every cycle, and room for all of the screen's.
 fn free_running() -> Course {
-    let round = rounds::Moore { from: 0, to: 21, failed: false, smallest: true, again: false };
+    let (failed, smallest, again, replay) = (false, true, false, false);
+    let round = rounds::Moore { from: 0, to: 21, failed, smallest, again, replay };
     Course { starts: Pattern::always(), room: Pattern::always(), full: false, round }
 }
 
