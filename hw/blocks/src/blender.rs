@@ -10,9 +10,9 @@
 //! One fragment a cycle, always ready. A colour is written in the cycle after its pixel's last
 //! fragment came in.
 
-use pellucid_machine::pixel::{COLOUR_BITS, Marked, blend};
+use pellucid_machine::pixel::{COLOUR_BITS, MOST_PIXEL_BITS, Marked, blend};
 use pellucid_sim::Block;
-use pellucid_sim::{Label, Read, ReadPort, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Label, Read, ReadPort, Signals, Stream, WritePort, check_range, rtl};
 
 /// See the module's description.
 pub struct Blender;
@@ -87,7 +87,8 @@ impl Block for Blender {
     type Out = Out;
     type Mem = ();
 
-    fn reset(_: &u32) -> State {
+    fn reset(cfg: &u32) -> State {
+        check_range("the bits of a pixel's number", *cfg, ..=MOST_PIXEL_BITS);
         State { fresh: true, stage: Stream::idle(), stage_fresh: false, colour: 0 }
     }
 

@@ -22,7 +22,7 @@
 //! leaves a cycle.
 
 use crate::blender::Sorted;
-use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
+use pellucid_machine::pixel::{Arrived, MOST_PIXEL_BITS, Marked, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Label, Signals, Stream, bits_for, check_range, rtl};
 
@@ -132,6 +132,7 @@ impl Block for Sorter {
 
     fn reset(cfg: &Config) -> State {
         check_range("the depth of a sorter", cfg.depth, 1..=MAX_DEPTH as u32);
+        check_range("the bits of a pixel's number", cfg.pixel_bits, ..=MOST_PIXEL_BITS);
         State {
             count: 0,
             closed: 0,

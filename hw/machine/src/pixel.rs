@@ -91,6 +91,9 @@ pub struct PixelFragment {
     pub label: Label,
 }
 
+/// Most bits of a pixel's number.
+pub const MOST_PIXEL_BITS: u32 = 2 * MAX_SIDE.ilog2();
+
 /// A fragment as it is read back from storage. Its widths depend on the bits of a pixel's number and of its weight, which
 /// are 0 where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
