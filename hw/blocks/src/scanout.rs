@@ -190,8 +190,8 @@ mod tests {
     }
 
     impl Bench {
-        fn new(width: u32, height: u32) -> Bench {
-            let cfg = Config { screen: screen(width, height), wipes: true };
+        fn new(width: u32, height: u32, wipes: bool) -> Bench {
+            let cfg = Config { screen: screen(width, height), wipes };
             let wiped = vec![WIPED; cfg.screen.pixels() as usize];
             let bank = holding(&wiped, COLOUR_BITS, ReadDuringWrite::Forbidden);
             Bench { sim: Sim::new(cfg), bank, cycle: 0 }
@@ -235,8 +235,14 @@ mod tests {
                 edge(&mut self.bank);
                 self.cycle += 1;
             }
-            assert_eq!(wiped, (0..frame.len() as u32).collect::<Vec<_>>());
-            assert_eq!(contents(&mut self.bank, frame.len() as u32), vec![WIPED; frame.len()]);
+            let pixels = frame.len() as u32;
+            let left = contents(&mut self.bank, pixels);
+            if self.sim.config().wipes {
+                assert_eq!(wiped, (0..pixels).collect::<Vec<_>>());
+                assert_eq!(left, vec![WIPED; frame.len()]);
+            } else {
+                assert_eq!((wiped, &left[..]), (vec![], frame));
+            }
             shown
         }
     }
@@ -248,7 +254,7 @@ mod tests {
 
     #[test]
     fn one_pixel_a_cycle() {
-        let mut bench = Bench::new(5, 3);
+        let mut bench = Bench::new(5, 3, true);
         let shown = bench.show(&frame(15, 1), &Pattern::always());
         let first = shown[0].0;
         let expected: Vec<(u64, u32)> =
@@ -258,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_screen_of_one_pixel() {
-        let mut bench = Bench::new(1, 1);
+        let mut bench = Bench::new(1, 1, true);
         assert_eq!(bench.show(&[0x12_34_56], &Pattern::always())[0].1, 0x12_34_56);
     }
 
@@ -280,9 +286,10 @@ mod tests {
             width in 1u32..6,
             height in 1u32..6,
             frames in 1u32..4,
+            wipes in any::<bool>(),
             ready in pattern(),
         ) {
-            let mut bench = Bench::new(width, height);
+            let mut bench = Bench::new(width, height, wipes);
             for number in 1..=frames {
                 let expected = frame(width * height, number);
                 let shown: Vec<u32> =
@@ -295,6 +302,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "the height of a screen is 0: expected 1 to 8192")]
     fn a_screen_without_rows_is_none() {
-        Bench::new(3, 0);
+        Bench::new(3, 0, true);
     }
 }
