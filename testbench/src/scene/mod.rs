@@ -152,7 +152,7 @@ impl Scene {
                     let scene =
                         surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
                     let moving = moves.then(|| {
-                        let camera = scene.camera();
+                        let camera = scene.surface().map(|surface| surface.camera);
                         Box::new((name.to_owned(), Options { camera, ..options.clone() }))
                     });
                     Ok(Scene { notes, extensions, moving, ..scene })
@@ -172,10 +172,7 @@ impl Scene {
 
     /// What it is made of; nothing if it is not made of meshes.
     pub fn contents(&self) -> Option<Contents> {
-        match &self.content {
-            Content::Surface(surface) => Some(surface.contents(&self.extensions)),
-            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
-        }
+        self.surface().map(|surface| surface.contents(&self.extensions))
     }
 
     /// The scene so many seconds later, from the same camera; nothing if nothing of it moves.
@@ -187,10 +184,10 @@ impl Scene {
         self.moving.as_deref().map(moved).transpose()
     }
 
-    /// Where a mesh is seen from.
-    fn camera(&self) -> Option<Camera> {
+    /// Its meshes, if it is made of such.
+    fn surface(&self) -> Option<&Surface> {
         match &self.content {
-            Content::Surface(surface) => Some(surface.camera),
+            Content::Surface(surface) => Some(surface),
             Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
     }
@@ -198,13 +195,8 @@ impl Scene {
     /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,
     /// counter-clockwise as seen from above. Only scenes of triangles can be seen so.
     pub fn turned(&self, degrees: f64) -> Option<Scene> {
-        match &self.content {
-            Content::Surface(surface) => {
-                let content = Content::Surface(Box::new(surface.turned(degrees)));
-                Some(Scene::of(self.info, content))
-            }
-            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
-        }
+        let turned = self.surface()?.turned(degrees);
+        Some(Scene::of(self.info, Content::Surface(Box::new(turned))))
     }
 
     /// The frame's size and background.
@@ -212,8 +204,8 @@ impl Scene {
         self.info
     }
 
-    /// Plays the frame in arrival order, the fragments of each triangle, splat or particle in the order asked for, the same fragments at every call; all of them lie on the screen with a depth
-    /// below [`pellucid_machine::pixel::Z_FAR`].
+    /// Plays the frame in arrival order, the fragments of each triangle, splat or particle in the order asked for, the same
+    /// fragments at every call; all of them lie on the screen with a depth below [`pellucid_machine::pixel::Z_FAR`].
     ///
     /// # Errors
     ///

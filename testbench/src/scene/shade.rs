@@ -50,6 +50,10 @@ pub(super) struct Projected {
     order: Order,
 }
 
+/// What sends what becomes of a triangle.
+type TriangleTo<T, E> =
+    fn(&Raster, [Vertex; 3], &mut dyn FnMut(T) -> Result<(), E>) -> Result<(), E>;
+
 /// Triangles of one part whose fragments are painted.
 #[derive(Debug)]
 struct Painted {
@@ -130,15 +134,7 @@ impl Projected {
 
     /// Sends the fragments of all triangles, then of all splats, in order of submission.
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
-        for (triangles, painted) in self.runs() {
-            for corners in &self.triangles[triangles] {
-                match painted {
-                    None => self.raster.draw(self.vertices(corners), sink)?,
-                    Some(painted) => self.draw_painted(painted, corners, sink)?,
-                }
-            }
-        }
-        self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, sink))
+        self.play_as(Raster::draw, |fragment| fragment, sink)
     }
 
     /// Sends all triangles, set up, or each fragment of those that are painted as a [`point`], then each fragment of the
@@ -147,17 +143,27 @@ impl Projected {
         &self,
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.play_as(Raster::set_up, point, sink)
+    }
+
+    /// Sends what `triangle` makes of the triangles, and `other` of each fragment that is none of theirs.
+    fn play_as<T, E>(
+        &self,
+        triangle: TriangleTo<T, E>,
+        other: fn(Fragment) -> T,
+        sink: &mut dyn FnMut(T) -> Result<(), E>,
+    ) -> Result<(), E> {
         for (triangles, painted) in self.runs() {
             for corners in &self.triangles[triangles] {
                 match painted {
-                    None => self.raster.set_up(self.vertices(corners), sink)?,
+                    None => triangle(&self.raster, self.vertices(corners), sink)?,
                     Some(painted) => {
-                        self.draw_painted(painted, corners, &mut |fragment| sink(point(fragment)))?
+                        self.draw_painted(painted, corners, &mut |fragment| sink(other(fragment)))?
                     }
                 }
             }
         }
-        let mut each = |fragment| sink(point(fragment));
+        let mut each = |fragment| sink(other(fragment));
         self.splats.iter().try_for_each(|splat| splat.draw(self.info, self.order, &mut each))
     }
 

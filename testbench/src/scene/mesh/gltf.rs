@@ -1,9 +1,9 @@
 //! glTF 2.0, as text or binary: node transforms, materials with their textures, vertex colours.
 //!
 //! A part is one primitive at one node, named after the mesh, the node and the material. Alpha counts as the material's
-//! alpha mode says; a primitive without a material says nothing of it. Nodes,
-//! skins and morph targets are as the first animation has them at the time. Factors
-//! and colours of vertices are light in the file, those of images levels (glTF 2.0, 3.9.2).
+//! alpha mode says; a primitive without a material says nothing of it. Nodes, skins and morph targets are as the first
+//! animation has them at the time. Factors and colours of vertices are light in the file, those of images levels (glTF 2.0,
+//! 3.9.2).
 
 mod buffers;
 mod document;

@@ -27,8 +27,13 @@ const WITHOUT_EFFECT: [&str; 7] = [
 /// Refuses a file that requires what is not read, and notes what is passed over though it changes the picture. The library
 /// is then told of no required extension, as it knows fewer.
 pub(super) fn check(file: &mut Reading, json: &mut Root) -> Result<(), SceneError> {
-    let is_met = |name: &str| READ.contains(&name) || WITHOUT_EFFECT.contains(&name);
-    if let Some(name) = json.extensions_required.iter().find(|name| !is_met(name)) {
+    let handling = |name: &str| match name {
+        _ if READ.contains(&name) => Handling::Read,
+        _ if WITHOUT_EFFECT.contains(&name) => Handling::WithoutEffect,
+        _ => Handling::PassedOver,
+    };
+    let mut required = json.extensions_required.iter();
+    if let Some(name) = required.find(|name| handling(name) == Handling::PassedOver) {
         let unpack = match name.as_str() {
             "KHR_draco_mesh_compression"
             | "EXT_meshopt_compression"
@@ -43,11 +48,6 @@ pub(super) fn check(file: &mut Reading, json: &mut Root) -> Result<(), SceneErro
     let mut used = std::mem::take(&mut json.extensions_used);
     used.sort_unstable();
     used.dedup();
-    let handling = |name: &str| match name {
-        _ if READ.contains(&name) => Handling::Read,
-        _ if WITHOUT_EFFECT.contains(&name) => Handling::WithoutEffect,
-        _ => Handling::PassedOver,
-    };
     file.extensions =
         used.into_iter().map(|n| Extension { handling: handling(&n), name: n }).collect();
     let others = file.extensions.iter().filter(|e| e.handling == Handling::PassedOver);
