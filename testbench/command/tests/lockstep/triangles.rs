@@ -1,5 +1,6 @@
-//! A frame that exercises what a frame of fine meshes hardly does: walks along long edges of every slope, colours and
-//! alphas that change across a triangle, depths that are equal, pixels many layers deep.
+//! A frame that exercises what a frame of fine meshes hardly does: walks along long edges of every slope, also through the
+//! middles of pixels, colours, alphas and depths that change across a triangle, depths that are equal, pixels many layers
+//! deep, and none without a layer.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -47,16 +48,15 @@ pub fn scene() -> NamedTempFile {
         }
         // Of the opaque ones some lie behind all, and the others hide a part of what came before them.
         let back = if [1, 2].contains(&(k % 16)) { 0.7 } else { 0.0 };
+        let opaque = [1, 2, 5, 12].contains(&(k % 16)) || k % 32 == 0;
         let mut colour = [0; 4];
-        for (corner, [x, y, z]) in corners.map(|[x, y, z]| [x, y, z - back]).into_iter().enumerate()
-        {
+        for (corner, [x, y, z]) in corners.into_iter().enumerate() {
             // Of one colour it is one primitive, however deep it goes.
             if corner == 0 || !matches!(k % 16, 3 | 6 | 8) {
                 colour = [(); 4].map(|()| (128.0 + random(127.9)) as u8);
             }
             let [red, green, blue, alpha] = colour;
-            let opaque = [1, 2, 5, 12].contains(&(k % 16)) || k % 32 == 0;
-            let alpha = if opaque { 255 } else { alpha };
+            let (z, alpha) = (z - back, if opaque { 255 } else { alpha });
             writeln!(vertices, "{x:.4} {y:.4} {z:.4} {red} {green} {blue} {alpha}").unwrap();
         }
     }
