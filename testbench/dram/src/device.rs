@@ -1,0 +1,147 @@
+//! The banks of a channel: which rows are open, and when each command may come at the earliest.
+//!
+//! Each bank, bank group and rank has a clock for every command, before which the command must not come. A command that is
+//! given raises those that the rules name, so that asking is a maximum of three numbers.
+
+use crate::command::Command;
+use crate::config::Config;
+use crate::table::{Constraint, Scope};
+
+type Clocks = [u64; Command::COUNT];
+
+/// A rule as it is followed when its first command is given.
+struct Rule {
+    to: &'static [Command],
+    scope: Scope,
+    clocks: u64,
+    /// Which history it has, where its window is more than one command.
+    history: Option<usize>,
+}
+
+/// The last commands of a rank that a windowed rule counts.
+struct History {
+    clocks: Vec<Option<u64>>,
+    next: usize,
+}
+
+/// An open row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OpenRow {
+    /// Which.
+    pub row: u64,
+    /// Bursts that were moved since it was opened.
+    pub bursts: u32,
+}
+
+/// All banks of a channel.
+pub struct Device {
+    group_banks: usize,
+    rank_banks: usize,
+    ranks: usize,
+    rules: [Vec<Rule>; Command::COUNT],
+    banks: Vec<Clocks>,
+    groups: Vec<Clocks>,
+    rank: Vec<Clocks>,
+    histories: Vec<Vec<History>>,
+    open: Vec<Option<OpenRow>>,
+}
+
+impl Device {
+    /// With all banks closed, under the rules of `table`.
+    pub fn new(config: &Config, table: &[Constraint]) -> Device {
+        let o = &config.part.organisation;
+        let banks = config.banks() as usize;
+        let mut rules: [Vec<Rule>; Command::COUNT] = Default::default();
+        let mut windows = vec![];
+        for constraint in table {
+            let &Constraint { to, scope, clocks, window, .. } = constraint;
+            let history = (window > 1).then_some(windows.len());
+            windows.extend(history.map(|_| window));
+            for &from in constraint.from {
+                rules[from as usize].push(Rule { to, scope, clocks, history });
+            }
+        }
+        let rank_banks = o.rank_banks();
+        let history = |&window: &usize| History { clocks: vec![None; window], next: 0 };
+        Device {
+            group_banks: o.banks as usize,
+            rank_banks,
+            ranks: config.ranks as usize,
+            rules,
+            banks: vec![[0; Command::COUNT]; banks],
+            groups: vec![[0; Command::COUNT]; banks / o.banks as usize],
+            rank: vec![[0; Command::COUNT]; banks / rank_banks],
+            histories: (0..banks / rank_banks)
+                .map(|_| windows.iter().map(history).collect())
+                .collect(),
+            open: vec![None; banks],
+        }
+    }
+
+    /// The first clock at which `command` may come to `bank`; for a command to a rank, to the rank of that bank.
+    pub fn earliest(&self, command: Command, bank: usize) -> u64 {
+        let of_bank = self.banks[bank][command as usize];
+        let of_group = self.groups[bank / self.group_banks][command as usize];
+        let of_rank = self.rank[bank / self.rank_banks][command as usize];
+        of_bank.max(of_group).max(of_rank)
+    }
+
+    /// How many banks there are.
+    pub fn banks(&self) -> usize {
+        self.open.len()
+    }
+
+    /// The row that is open.
+    pub fn open(&self, bank: usize) -> Option<OpenRow> {
+        self.open[bank]
+    }
+
+    /// Gives `command` at `clock`. `row` is what an activate opens.
+    pub fn issue(&mut self, command: Command, bank: usize, row: u64, clock: u64) {
+        let rank = bank / self.rank_banks;
+        for rule in &self.rules[command as usize] {
+            let until = match rule.history {
+                None => clock + rule.clocks,
+                Some(index) => {
+                    let history = &mut self.histories[rank][index];
+                    let next = (history.next + 1) % history.clocks.len();
+                    history.clocks[history.next] = Some(clock);
+                    history.next = next;
+                    // The oldest of the window; none while fewer have come.
+                    match history.clocks[next] {
+                        Some(oldest) => oldest + rule.clocks,
+                        None => continue,
+                    }
+                }
+            };
+            let raise = |clocks: &mut Clocks| {
+                for &to in rule.to {
+                    clocks[to as usize] = clocks[to as usize].max(until);
+                }
+            };
+            match rule.scope {
+                Scope::Bank => raise(&mut self.banks[bank]),
+                Scope::Group => raise(&mut self.groups[bank / self.group_banks]),
+                Scope::Rank => raise(&mut self.rank[rank]),
+                Scope::OtherRanks => {
+                    let first = rank / self.ranks * self.ranks;
+                    (first..first + self.ranks)
+                        .filter(|&r| r != rank)
+                        .for_each(|r| raise(&mut self.rank[r]));
+                }
+            }
+        }
+        match command {
+            Command::Activate => self.open[bank] = Some(OpenRow { row, bursts: 0 }),
+            Command::Precharge => self.open[bank] = None,
+            Command::PrechargeAll => {
+                let first = rank * self.rank_banks;
+                self.open[first..first + self.rank_banks].fill(None);
+            }
+            Command::Read | Command::Write => {
+                self.open[bank].iter_mut().for_each(|open| open.bursts += 1);
+            }
+            Command::Refresh | Command::RefreshBank => {}
+        }
+    }
+}

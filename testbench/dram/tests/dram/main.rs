@@ -1,0 +1,7 @@
+//! The memory, held to closed forms, to a checker that knows the rules by itself, and to a simulator from outside.
+
+mod checker;
+mod closed_forms;
+mod faults;
+mod pairs;
+mod traffic;
