@@ -113,11 +113,12 @@ impl Controller {
             }
             return;
         }
-        match write {
-            true => self.writes.push(entry),
-            false => self.reads.push(entry),
-        }
-        self.wake = entry.arrived;
+        let queue = if write { &mut self.writes } else { &mut self.reads };
+        queue.push(entry);
+        let turn = if write { queue.len() == HIGH } else { queue.len() == 1 };
+        // Which queue is served can change only at such a turn. Else nothing can come before the new request's own command.
+        let next = if turn { 0 } else { self.earliest(write, &entry) };
+        self.wake = self.wake.min(next.max(entry.arrived));
     }
 
     fn answer(&self, entry: &Entry, clock: u64, out: &mut Outputs) {
@@ -231,8 +232,10 @@ impl Controller {
     fn row(&mut self, write: bool, index: usize, command: Command, clock: u64, out: &mut Outputs) {
         let queue = if write { &mut self.writes } else { &mut self.reads };
         let Entry { bank, row, .. } = queue.entries()[index];
-        let outcome = if command == Command::Precharge { Outcome::Conflict } else { Outcome::Miss };
-        queue.note(index, outcome);
+        match command {
+            Command::Precharge => queue.closed(index),
+            _ => queue.opened(index),
+        }
         self.issue(command, bank, row, clock, out);
     }
 

@@ -35,8 +35,9 @@ pub struct OpenRow {
 
 /// All banks of a channel.
 pub struct Device {
-    group_banks: usize,
-    rank_banks: usize,
+    /// Powers of two: a bank's group and rank are its number, shifted.
+    group_shift: u32,
+    rank_shift: u32,
     ranks: usize,
     rules: [Vec<Rule>; Command::COUNT],
     banks: Vec<Clocks>,
@@ -64,8 +65,8 @@ impl Device {
         let rank_banks = o.rank_banks();
         let history = |&window: &usize| History { clocks: vec![None; window], next: 0 };
         Device {
-            group_banks: o.banks as usize,
-            rank_banks,
+            group_shift: o.banks.ilog2(),
+            rank_shift: rank_banks.ilog2(),
             ranks: config.ranks as usize,
             rules,
             banks: vec![[0; Command::COUNT]; banks],
@@ -81,8 +82,8 @@ impl Device {
     /// The first clock at which `command` may come to `bank`; for a command to a rank, to the rank of that bank.
     pub fn earliest(&self, command: Command, bank: usize) -> u64 {
         let of_bank = self.banks[bank][command as usize];
-        let of_group = self.groups[bank / self.group_banks][command as usize];
-        let of_rank = self.rank[bank / self.rank_banks][command as usize];
+        let of_group = self.groups[bank >> self.group_shift][command as usize];
+        let of_rank = self.rank[bank >> self.rank_shift][command as usize];
         of_bank.max(of_group).max(of_rank)
     }
 
@@ -98,7 +99,7 @@ impl Device {
 
     /// Gives `command` at `clock`. `row` is what an activate opens.
     pub fn issue(&mut self, command: Command, bank: usize, row: u64, clock: u64) {
-        let rank = bank / self.rank_banks;
+        let rank = bank >> self.rank_shift;
         for rule in &self.rules[command as usize] {
             let until = match rule.history {
                 None => clock + rule.clocks,
@@ -121,7 +122,7 @@ impl Device {
             };
             match rule.scope {
                 Scope::Bank => raise(&mut self.banks[bank]),
-                Scope::Group => raise(&mut self.groups[bank / self.group_banks]),
+                Scope::Group => raise(&mut self.groups[bank >> self.group_shift]),
                 Scope::Rank => raise(&mut self.rank[rank]),
                 Scope::OtherRanks => {
                     let first = rank / self.ranks * self.ranks;
@@ -135,8 +136,8 @@ impl Device {
             Command::Activate => self.open[bank] = Some(OpenRow { row, bursts: 0 }),
             Command::Precharge => self.open[bank] = None,
             Command::PrechargeAll => {
-                let first = rank * self.rank_banks;
-                self.open[first..first + self.rank_banks].fill(None);
+                let (first, end) = (rank << self.rank_shift, (rank + 1) << self.rank_shift);
+                self.open[first..end].fill(None);
             }
             Command::Read | Command::Write => {
                 self.open[bank].iter_mut().for_each(|open| open.bursts += 1);

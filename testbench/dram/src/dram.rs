@@ -104,7 +104,8 @@ impl Dram {
         let burst = self.layout.burst(address);
         let place = self.layout.place(burst);
         let (bank, row, arrived) = (place.bank, place.row, self.now);
-        let entry = Entry { burst, client, tag, bank, row, arrived, outcome: Outcome::Hit };
+        let entry =
+            Entry { burst, client, tag, bank, row, arrived, closed: false, outcome: Outcome::Hit };
         self.statistics.ask(write, client);
         let mut done = |done| answer(&mut self.done, &mut self.answers, done);
         let mut out = Outputs { done: &mut done, statistics: &mut self.statistics, record: None };

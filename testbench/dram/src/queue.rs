@@ -26,6 +26,8 @@ pub struct Entry {
     pub row: u64,
     /// The device clock at which it came.
     pub arrived: u64,
+    /// Whether another row was closed for it.
+    pub closed: bool,
     /// What it has taken so far.
     pub outcome: Outcome,
 }
@@ -74,12 +76,15 @@ impl Queue {
         self.entries.remove(index)
     }
 
-    /// Notes what one takes.
-    pub fn note(&mut self, index: usize, outcome: Outcome) {
+    /// Another row was closed for one.
+    pub fn closed(&mut self, index: usize) {
+        self.entries[index].closed = true;
+    }
+
+    /// A row was opened for one.
+    pub fn opened(&mut self, index: usize) {
         let entry = &mut self.entries[index];
-        if entry.outcome != Outcome::Conflict {
-            entry.outcome = outcome;
-        }
+        entry.outcome = if entry.closed { Outcome::Conflict } else { Outcome::Miss };
     }
 
     /// Whether one is for this burst.

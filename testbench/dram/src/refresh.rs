@@ -33,14 +33,16 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// The ranks' refreshes are spread over the interval.
+    /// The refreshes of ranks that share a data bus are spread over the interval. Pseudo-channels are refreshed together, as
+    /// the requests of one that rests would fill the queue that both have.
     pub fn new(config: &Config) -> Timer {
         let rank_banks = config.part.organisation.rank_banks();
+        let ranks = u64::from(config.ranks);
         let count = config.banks() / rank_banks as u64;
         let parts = if config.refresh == Refresh::PerBank { rank_banks as u64 } else { 1 };
         let refi = config.part.timing.refi;
         let rank = |rank| {
-            let offset = refi * rank / (count * parts);
+            let offset = refi * (rank % ranks) / (ranks * parts);
             Rank { offset, done: 0, at: offset + refi / parts }
         };
         let ranks = (0..count).map(rank).collect();

@@ -4,6 +4,11 @@ use super::{Controller, PAGE_BURSTS};
 use crate::command::Command;
 use crate::config::Page;
 use crate::device::OpenRow;
+use crate::queue::Entry;
+
+fn burst_command(write: bool) -> Command {
+    if write { Command::Write } else { Command::Read }
+}
 
 /// What may be given in this clock, by the index of the request in the queue that is served.
 pub struct Choice {
@@ -19,6 +24,16 @@ impl Controller {
         self.page == Page::Closed && open.bursts >= PAGE_BURSTS
     }
 
+    /// The first clock at which the request's own next command may come.
+    pub(super) fn earliest(&self, write: bool, entry: &Entry) -> u64 {
+        let command = match self.device.open(entry.bank) {
+            None => Command::Activate,
+            Some(open) if open.row == entry.row => burst_command(write),
+            Some(_) => Command::Precharge,
+        };
+        self.device.earliest(command, entry.bank)
+    }
+
     /// Looks through the queue that is served, or at its head. `next` is lowered to the clock at which what cannot be given
     /// now can be at the earliest.
     pub(super) fn choose(
@@ -31,7 +46,7 @@ impl Controller {
         let queue = if write { &self.writes } else { &self.reads };
         let count = if head_only { queue.len().min(1) } else { queue.len() };
         let entries = &queue.entries()[..count];
-        let burst = if write { Command::Write } else { Command::Read };
+        let burst = burst_command(write);
         let mut choice = Choice { column: None, row: None };
 
         // Banks whose open row is needed, and banks that are closed or have another row open, a bit each. All requests of a

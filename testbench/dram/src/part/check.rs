@@ -45,8 +45,8 @@ pub fn contradiction(part: &Part) -> Option<String> {
         rules.push(rule(
             "refi",
             t.refi,
-            "twice (pbr2pbr + rrd_l) for each bank",
-            2 * banks * (bank.to_refresh + t.rrd_l),
+            "pbr2pbr + rrd_l for each bank",
+            banks * (bank.to_refresh + t.rrd_l),
         ));
     }
     let broken = rules.iter().find(|rule| rule.value < rule.least)?;
