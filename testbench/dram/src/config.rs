@@ -41,7 +41,7 @@ pub struct Config {
     pub part: Part,
     /// Channels beside each other, a power of two from 1 to 64. Each has its own controller.
     pub channels: u32,
-    /// Ranks on the data bus of each pseudo-channel, a power of two. A channel has at most 128 banks.
+    /// Ranks on the data bus of each pseudo-channel, a power of two. At most 128 banks share a data bus.
     pub ranks: u32,
     /// Which address is where.
     pub mapping: Mapping,
@@ -70,13 +70,13 @@ pub enum ConfigError {
         expected: &'static str,
     },
     /// More banks than a controller keeps.
-    #[error("a channel of `{part}` with {ranks} ranks has {banks} banks: expected at most 128")]
+    #[error("a data bus of `{part}` with {ranks} ranks has {banks} banks: expected at most 128")]
     Banks {
         /// The part.
         part: String,
         /// Ranks asked for.
         ranks: u32,
-        /// Banks of a channel then.
+        /// Banks on a data bus then.
         banks: u64,
     },
     /// The part has no timing for it.
@@ -102,13 +102,10 @@ impl Config {
         }
     }
 
-    /// Banks of a channel.
+    /// Banks on a data bus.
     pub fn banks(&self) -> u64 {
         let o = &self.part.organisation;
-        [o.pseudo_channels, self.ranks, o.bank_groups, o.banks]
-            .iter()
-            .map(|&n| u64::from(n))
-            .product()
+        [self.ranks, o.bank_groups, o.banks].iter().map(|&n| u64::from(n)).product()
     }
 
     pub(crate) fn check(&self) -> Result<(), ConfigError> {

@@ -1,12 +1,12 @@
-//! The controller of a channel: gives at most one command in a clock, or one row and one column command where the channel
-//! takes both, and sleeps until the next clock at which one may come.
+//! The controller of a data bus: that of a channel, or of a pseudo-channel. It gives commands as the rules and the command buses
+//! let it, and sleeps until the next clock at which one may come.
 
 mod choose;
 
+use crate::channel::Buses;
 use crate::command::{Command, Issued};
 use crate::config::{Config, Page, Refresh, Scheduler};
 use crate::device::Device;
-use crate::part::CommandBuses;
 use crate::queue::{Entry, HIGH, LOW, Outcome, Queue};
 use crate::refresh::{Due, Timer};
 use crate::statistics::Statistics;
@@ -40,13 +40,15 @@ struct Numbers {
     burst_bytes: u64,
     /// After which time a request is served before all others: an interval between refreshes.
     patience: u64,
-    two_buses: bool,
+    rank_banks: usize,
     per_bank: bool,
 }
 
-/// The controller of one channel.
+/// The controller of one data bus.
 pub struct Controller {
     channel: usize,
+    /// The number of its first bank in the channel.
+    first_bank: usize,
     device: Device,
     timer: Timer,
     reads: Queue,
@@ -62,15 +64,17 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Of the channel of that number, under the rules of `table`.
-    pub fn new(config: &Config, channel: usize, table: &[Constraint]) -> Controller {
+    /// Of that pseudo-channel of that channel, under the rules of `table`.
+    pub fn new(config: &Config, channel: usize, pseudo: usize, table: &[Constraint]) -> Controller {
         let (o, t) = (&config.part.organisation, &config.part.timing);
+        let banks = config.banks() as usize;
         Controller {
             channel,
+            first_bank: pseudo * banks,
             device: Device::new(config, table),
             timer: Timer::new(config),
-            reads: Queue::default(),
-            writes: Queue::default(),
+            reads: Queue::new(banks),
+            writes: Queue::new(banks),
             draining: false,
             scheduler: config.scheduler,
             page: config.page,
@@ -79,7 +83,7 @@ impl Controller {
                 burst: t.burst,
                 burst_bytes: o.burst_bytes(),
                 patience: t.refi,
-                two_buses: o.command_buses == CommandBuses::RowAndColumn,
+                rank_banks: o.rank_banks(),
                 per_bank: config.refresh == Refresh::PerBank,
             },
             held: 0,
@@ -113,8 +117,9 @@ impl Controller {
             }
             return;
         }
+        let hit = self.device.open(entry.bank).is_some_and(|open| open.row == entry.row);
         let queue = if write { &mut self.writes } else { &mut self.reads };
-        queue.push(entry);
+        queue.push(entry, hit);
         let turn = if write { queue.len() == HIGH } else { queue.len() == 1 };
         // Which queue is served can change only at such a turn. Else nothing can come before the new request's own command.
         let next = if turn { 0 } else { self.earliest(write, &entry) };
@@ -128,34 +133,32 @@ impl Controller {
         (out.done)(Done { clock, tag: entry.tag });
     }
 
-    /// Does what is to be done at `clock`.
-    pub fn step(&mut self, clock: u64, out: &mut Outputs) {
+    /// Does what is to be done at `clock`, as far as the command buses are free.
+    pub fn step(&mut self, clock: u64, buses: &mut Buses, out: &mut Outputs) {
         let mut next = u64::MAX;
-        let refreshing = self.refresh(clock, &mut next, out);
-        if refreshing && !self.numbers.two_buses {
-            self.wake = clock + 1;
-            return;
-        }
+        self.refresh(clock, &mut next, buses, out);
         let (write, head_only) = self.mode(clock, out);
         let choice = self.choose(clock, write, head_only, &mut next);
-        let mut issued = refreshing;
-        // The row command first: it names its request by the index that the burst's going would change.
-        if !refreshing && (choice.column.is_none() || self.numbers.two_buses) {
+        // The row command first where there is a bus for each: it names its request by the index that the burst's going would
+        // change. Where there is one for both, a burst goes before.
+        if choice.column.is_none() || buses.has_two() {
             if let Some((index, command)) = choice.row {
-                self.row(write, index, command, clock, out);
-                issued = true;
+                if buses.take(command, &mut next) {
+                    self.row(write, index, command, clock, out);
+                }
             } else if self.page == Page::Closed
                 && let Some(bank) = self.unused(clock, &mut next)
+                && buses.take(Command::Precharge, &mut next)
             {
                 self.issue(Command::Precharge, bank, 0, clock, out);
-                issued = true;
             }
         }
-        if let Some(index) = choice.column {
+        if let Some(index) = choice.column
+            && buses.take(choose::burst_command(write), &mut next)
+        {
             self.column(write, index, clock, out);
-            issued = true;
         }
-        self.wake = if issued { clock + 1 } else { next.min(self.timer.next().max(clock + 1)) };
+        self.wake = next.min(self.timer.next()).max(clock + 1);
     }
 
     /// Which queue is served, whether of it the oldest request alone.
@@ -175,11 +178,11 @@ impl Controller {
         (self.draining || self.reads.is_empty(), self.scheduler == Scheduler::Fcfs)
     }
 
-    /// Brings banks that are due nearer to their refresh; whether a command was given for it.
-    fn refresh(&mut self, clock: u64, next: &mut u64, out: &mut Outputs) -> bool {
+    /// Brings banks that are due nearer to their refresh.
+    fn refresh(&mut self, clock: u64, next: &mut u64, buses: &mut Buses, out: &mut Outputs) {
         self.held = 0;
         if self.timer.next() > clock {
-            return false;
+            return;
         }
         let mut ready: Option<(Command, Due)> = None;
         for due in self.timer.due(clock) {
@@ -199,18 +202,19 @@ impl Controller {
                 ready = Some((command, due));
             }
         }
-        let Some((command, due)) = ready else { return false };
-        self.issue(command, due.bank, 0, clock, out);
-        if matches!(command, Command::Refresh | Command::RefreshBank) {
-            self.timer.done(due);
+        if let Some((command, due)) = ready
+            && buses.take(command, next)
+        {
+            self.issue(command, due.bank, 0, clock, out);
+            if matches!(command, Command::Refresh | Command::RefreshBank) {
+                self.timer.done(due);
+            }
         }
-        true
     }
 
     fn column(&mut self, write: bool, index: usize, clock: u64, out: &mut Outputs) {
         let entry = if write { self.writes.remove(index) } else { self.reads.remove(index) };
-        let command = if write { Command::Write } else { Command::Read };
-        self.issue(command, entry.bank, entry.row, clock, out);
+        self.issue(choose::burst_command(write), entry.bank, entry.row, clock, out);
         let statistics = &mut *out.statistics;
         match entry.outcome {
             Outcome::Hit => statistics.row_hits += 1,
@@ -233,8 +237,8 @@ impl Controller {
         let queue = if write { &mut self.writes } else { &mut self.reads };
         let Entry { bank, row, .. } = queue.entries()[index];
         match command {
-            Command::Precharge => queue.closed(index),
-            _ => queue.opened(index),
+            Command::Precharge => queue.note_closed(index),
+            _ => queue.note_opened(index),
         }
         self.issue(command, bank, row, clock, out);
     }
@@ -242,13 +246,29 @@ impl Controller {
     fn issue(&mut self, command: Command, bank: usize, row: u64, clock: u64, out: &mut Outputs) {
         self.device.issue(command, bank, row, clock);
         match command {
-            Command::Activate => out.statistics.activates += 1,
-            Command::Precharge | Command::PrechargeAll => out.statistics.precharges += 1,
+            Command::Activate => {
+                out.statistics.activates += 1;
+                self.opened(bank, Some(row));
+            }
+            Command::Precharge => {
+                out.statistics.precharges += 1;
+                self.opened(bank, None);
+            }
+            Command::PrechargeAll => {
+                out.statistics.precharges += 1;
+                (bank..bank + self.numbers.rank_banks).for_each(|bank| self.opened(bank, None));
+            }
             Command::Refresh | Command::RefreshBank => out.statistics.refreshes += 1,
             Command::Read | Command::Write => {}
         }
         if let Some(record) = &mut out.record {
+            let bank = self.first_bank + bank;
             record.push(Issued { clock, command, channel: self.channel, bank, row });
         }
+    }
+
+    fn opened(&mut self, bank: usize, row: Option<u64>) {
+        self.reads.opened(bank, row);
+        self.writes.opened(bank, row);
     }
 }

@@ -1,4 +1,4 @@
-//! The banks of a channel: which rows are open, and when each command may come at the earliest.
+//! The banks on a data bus: which rows are open, and when each command may come at the earliest.
 //!
 //! Each bank, bank group and rank has a clock for every command, before which the command must not come. A command that is
 //! given raises those that the rules name, so that asking is a maximum of three numbers.
@@ -33,12 +33,11 @@ pub struct OpenRow {
     pub bursts: u32,
 }
 
-/// All banks of a channel.
+/// All banks on a data bus.
 pub struct Device {
     /// Powers of two: a bank's group and rank are its number, shifted.
     group_shift: u32,
     rank_shift: u32,
-    ranks: usize,
     rules: [Vec<Rule>; Command::COUNT],
     banks: Vec<Clocks>,
     groups: Vec<Clocks>,
@@ -67,7 +66,6 @@ impl Device {
         Device {
             group_shift: o.banks.ilog2(),
             rank_shift: rank_banks.ilog2(),
-            ranks: config.ranks as usize,
             rules,
             banks: vec![[0; Command::COUNT]; banks],
             groups: vec![[0; Command::COUNT]; banks / o.banks as usize],
@@ -125,10 +123,9 @@ impl Device {
                 Scope::Group => raise(&mut self.groups[bank >> self.group_shift]),
                 Scope::Rank => raise(&mut self.rank[rank]),
                 Scope::OtherRanks => {
-                    let first = rank / self.ranks * self.ranks;
-                    (first..first + self.ranks)
-                        .filter(|&r| r != rank)
-                        .for_each(|r| raise(&mut self.rank[r]));
+                    let others =
+                        self.rank.iter_mut().enumerate().filter(|&(other, _)| other != rank);
+                    others.for_each(|(_, clocks)| raise(clocks));
                 }
             }
         }

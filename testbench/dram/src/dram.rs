@@ -1,8 +1,9 @@
 //! The memory behind a machine.
 
+use crate::channel::Channel;
 use crate::command::Issued;
 use crate::config::{Config, ConfigError};
-use crate::controller::{Controller, Done, Outputs};
+use crate::controller::{Done, Outputs};
 use crate::mapping::Layout;
 use crate::queue::{Entry, Outcome};
 use crate::statistics::Statistics;
@@ -27,7 +28,7 @@ pub struct Request {
 pub struct Dram {
     config: Config,
     layout: Layout,
-    controllers: Vec<Controller>,
+    channels: Vec<Channel>,
     /// Reads that are on their way: the clock at which they are complete, their number in order of completion, their tag.
     done: BinaryHeap<Reverse<(u64, u64, u32)>>,
     /// How many have been put there.
@@ -38,7 +39,7 @@ pub struct Dram {
     now: u64,
     /// Time of the machine that is no whole device clock yet, ps.
     phase_ps: u64,
-    /// The first clock at which a controller has something to do.
+    /// The first clock at which a channel has something to do.
     wake: u64,
 }
 
@@ -66,7 +67,7 @@ impl Dram {
         let channels = 0..config.channels as usize;
         Dram {
             layout: Layout::new(&config),
-            controllers: channels.map(|channel| Controller::new(&config, channel, table)).collect(),
+            channels: channels.map(|channel| Channel::new(&config, channel, table)).collect(),
             config,
             done: BinaryHeap::new(),
             answers: 0,
@@ -90,7 +91,7 @@ impl Dram {
 
     /// Whether a request will be taken in this machine cycle, whatever it asks for: no queue of any channel is full.
     pub fn ready(&self) -> bool {
-        !self.controllers.iter().any(Controller::is_full)
+        !self.channels.iter().any(Channel::is_full)
     }
 
     /// Asks for one burst. It is taken if the memory was [`ready`](Dram::ready), and left out otherwise.
@@ -109,9 +110,9 @@ impl Dram {
         self.statistics.ask(write, client);
         let mut done = |done| answer(&mut self.done, &mut self.answers, done);
         let mut out = Outputs { done: &mut done, statistics: &mut self.statistics, record: None };
-        let controller = &mut self.controllers[place.channel];
-        controller.push(write, entry, &mut out);
-        self.wake = self.wake.min(controller.wake());
+        let channel = &mut self.channels[place.channel];
+        channel.push(write, place, entry, &mut out);
+        self.wake = self.wake.min(channel.wake());
     }
 
     /// One machine cycle: as many device clocks as have become whole.
@@ -131,11 +132,9 @@ impl Dram {
         let statistics = &mut self.statistics;
         let mut out = Outputs { done: &mut done, statistics, record: self.record.as_mut() };
         self.wake = u64::MAX;
-        for controller in &mut self.controllers {
-            while controller.wake() < end {
-                controller.step(controller.wake(), &mut out);
-            }
-            self.wake = self.wake.min(controller.wake());
+        for channel in &mut self.channels {
+            channel.run(end, &mut out);
+            self.wake = self.wake.min(channel.wake());
         }
     }
 
@@ -151,7 +150,7 @@ impl Dram {
 
     /// Whether no request is queued and all reads have been taken.
     pub fn idle(&self) -> bool {
-        self.done.is_empty() && self.controllers.iter().all(Controller::is_idle)
+        self.done.is_empty() && self.channels.iter().all(Channel::is_idle)
     }
 
     /// What was done up to now.

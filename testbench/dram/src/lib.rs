@@ -1,10 +1,10 @@
 //! Timing of outside memory, device clock by device clock: what stands behind a machine's memory port.
 //!
 //! ```text
-//!            +----------------------------------------------+
-//!   push --->| Layout -> Controller (queues, Timer) -> Device |---> pop
-//!            +----------------------------------------------+
-//!                one Controller with its Device per channel
+//!            +--------------------------------------------------------+
+//!   push --->| Layout -> Channel -> Controller (queues, Timer) -> Device |---> pop
+//!            +--------------------------------------------------------+
+//!               a Controller with its Device for each data bus: of a channel, or of a pseudo-channel
 //! ```
 //!
 //! [`Dram`] takes requests for bursts and says when the data of each read are there; the data themselves are kept elsewhere.
@@ -29,6 +29,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod channel;
 mod command;
 mod config;
 mod controller;

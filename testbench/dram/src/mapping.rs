@@ -23,7 +23,7 @@ names! {
 pub struct Place {
     /// The channel.
     pub channel: usize,
-    /// The bank of the channel: pseudo-channels, their ranks, their bank groups and their banks counted through.
+    /// The bank of the channel: pseudo-channels, their ranks, bank groups and banks counted through.
     pub bank: usize,
     /// The row.
     pub row: u64,

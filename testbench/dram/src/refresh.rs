@@ -5,7 +5,7 @@ use crate::config::{Config, Refresh};
 /// A refresh that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Due {
-    /// Whose: a rank of the channel, pseudo-channels counted through.
+    /// Whose.
     rank: usize,
     /// Its first bank.
     pub bank: usize,
@@ -22,7 +22,7 @@ struct Rank {
     at: u64,
 }
 
-/// The refreshes of a channel.
+/// The refreshes of the ranks on a data bus.
 pub struct Timer {
     ranks: Vec<Rank>,
     rank_banks: usize,
@@ -33,20 +33,18 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// The refreshes of ranks that share a data bus are spread over the interval. Pseudo-channels are refreshed together, as
-    /// the requests of one that rests would fill the queue that both have.
+    /// The ranks' refreshes are spread over the interval. All data buses have the same times, as a request to one that rests would
+    /// keep the others waiting.
     pub fn new(config: &Config) -> Timer {
         let rank_banks = config.part.organisation.rank_banks();
         let ranks = u64::from(config.ranks);
-        let count = config.banks() / rank_banks as u64;
         let parts = if config.refresh == Refresh::PerBank { rank_banks as u64 } else { 1 };
         let refi = config.part.timing.refi;
         let rank = |rank| {
-            let offset = refi * (rank % ranks) / (ranks * parts);
+            let offset = refi * rank / (ranks * parts);
             Rank { offset, done: 0, at: offset + refi / parts }
         };
-        let ranks = (0..count).map(rank).collect();
-        Timer { ranks, rank_banks, parts, refi, next: refi / parts }
+        Timer { ranks: (0..ranks).map(rank).collect(), rank_banks, parts, refi, next: refi / parts }
     }
 
     /// When the next one is due, or was.

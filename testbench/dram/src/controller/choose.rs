@@ -6,7 +6,8 @@ use crate::config::Page;
 use crate::device::OpenRow;
 use crate::queue::Entry;
 
-fn burst_command(write: bool) -> Command {
+/// The command that moves a burst.
+pub(super) fn burst_command(write: bool) -> Command {
     if write { Command::Write } else { Command::Read }
 }
 
@@ -36,6 +37,9 @@ impl Controller {
 
     /// Looks through the queue that is served, or at its head. `next` is lowered to the clock at which what cannot be given
     /// now can be at the earliest.
+    ///
+    /// All requests of a bank to its open row may have their burst at the same clock, so that the oldest speaks for the others;
+    /// while there is one the row stays open.
     pub(super) fn choose(
         &self,
         clock: u64,
@@ -44,72 +48,54 @@ impl Controller {
         next: &mut u64,
     ) -> Choice {
         let queue = if write { &self.writes } else { &self.reads };
-        let count = if head_only { queue.len().min(1) } else { queue.len() };
-        let entries = &queue.entries()[..count];
+        let (mut banks, among) = match (head_only, queue.entries().first()) {
+            (true, Some(head)) => (1 << head.bank, 1),
+            _ => (queue.occupied(), u32::MAX),
+        };
+        banks &= !self.held;
         let burst = burst_command(write);
-        let mut choice = Choice { column: None, row: None };
-
-        // Banks whose open row is needed, and banks that are closed or have another row open, a bit each. All requests of a
-        // bank to one row may have their burst at the same clock, so that the oldest of each bank speaks for the others.
-        let (mut needed, mut seen) = (self.held, self.held);
-        for (index, entry) in entries.iter().enumerate() {
-            let bit = 1 << entry.bank;
-            if needed & bit != 0 {
-                continue;
-            }
-            let open = self.device.open(entry.bank);
-            if open.is_some_and(|open| open.row == entry.row && !self.is_spent(open)) {
-                needed |= bit;
-                let earliest = self.device.earliest(burst, entry.bank);
-                if earliest <= clock {
-                    choice.column = choice.column.or(Some(index));
-                } else {
-                    *next = (*next).min(earliest);
-                }
-            }
-        }
-        if choice.column.is_some() && !self.numbers.two_buses {
-            return choice;
-        }
-        seen |= needed;
-        for (index, entry) in entries.iter().enumerate() {
-            let bit = 1 << entry.bank;
-            if seen & bit != 0 {
-                continue;
-            }
-            seen |= bit;
-            let command = match self.device.open(entry.bank) {
-                None => Command::Activate,
-                Some(open) if self.is_spent(open) => continue,
-                Some(_) => Command::Precharge,
+        // By index, that is by age.
+        let (mut column, mut row) = (u32::MAX, (u32::MAX, Command::Activate));
+        while banks != 0 {
+            let bank = banks.trailing_zeros() as usize;
+            banks &= banks - 1;
+            let open = self.device.open(bank);
+            let spent = open.is_some_and(|open| self.is_spent(open));
+            let hits = queue.hits(bank) & among;
+            let (command, requests) = match open {
+                _ if spent => continue,
+                Some(_) if hits != 0 => (burst, hits),
+                Some(_) => (Command::Precharge, queue.waiting(bank) & among),
+                None => (Command::Activate, queue.waiting(bank) & among),
             };
-            let earliest = self.device.earliest(command, entry.bank);
-            if earliest <= clock {
-                choice.row = Some((index, command));
-                break;
+            let oldest = requests.trailing_zeros();
+            let earliest = self.device.earliest(command, bank);
+            if earliest > clock {
+                *next = (*next).min(earliest);
+            } else if command == burst {
+                column = column.min(oldest);
+            } else if oldest < row.0 {
+                row = (oldest, command);
             }
-            *next = (*next).min(earliest);
         }
-        choice
+        Choice {
+            column: (column != u32::MAX).then_some(column as usize),
+            row: (row.0 != u32::MAX).then_some((row.0 as usize, row.1)),
+        }
     }
 
     /// With closed pages: a bank whose row is spent, or that no request needs, and that can be closed.
     pub(super) fn unused(&self, clock: u64, next: &mut u64) -> Option<usize> {
-        let mut needed = self.held;
-        for entry in self.reads.entries().iter().chain(self.writes.entries()) {
-            let open = self.device.open(entry.bank);
-            if open.is_some_and(|open| open.row == entry.row && !self.is_spent(open)) {
-                needed |= 1 << entry.bank;
+        for bank in (0..self.device.banks()).filter(|bank| self.held >> bank & 1 == 0) {
+            let Some(open) = self.device.open(bank) else { continue };
+            if self.reads.hits(bank) | self.writes.hits(bank) != 0 && !self.is_spent(open) {
+                continue;
             }
-        }
-        for bank in 0..self.device.banks() {
-            if needed & 1 << bank == 0 && self.device.open(bank).is_some() {
-                let earliest = self.device.earliest(Command::Precharge, bank);
-                if earliest <= clock {
-                    return Some(bank);
-                }
-                *next = (*next).min(earliest);
+            let earliest = self.device.earliest(Command::Precharge, bank);
+            if earliest <= clock {
+                return Some(bank);
             }
+            *next = (*next).min(earliest);
         }
         None
     }

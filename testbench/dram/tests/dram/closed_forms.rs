@@ -4,7 +4,7 @@
 //! be exact; rates are of some thousand bursts, and may be 1 % below for their begin and end.
 
 use crate::traffic::run;
-use pellucid_dram::{Config, Dram, Mapping, Part};
+use pellucid_dram::{CommandBuses, Config, Dram, Mapping, Part};
 
 /// The address of a burst, by the definition of `row-bank-column`; `lane` is the pseudo-channel.
 fn address(config: &Config, lane: u64, group: u64, bank: u64, row: u64, column: u64) -> u64 {
@@ -36,7 +36,7 @@ fn hold(what: &str, part: &str, measured: f64, expected: f64) {
     let tck = Part::named(part).unwrap().timing.tck_ps as f64 / 1000.0;
     println!("{part}: {what} {:.2} GB/s, expected {:.2}", measured / tck, expected / tck);
     assert!(
-        measured <= expected * 1.0001 && measured >= expected * 0.90,
+        measured <= expected * 1.0001 && measured >= expected * 0.99,
         "{part}: {what} is {measured:.3} bytes a clock, expected {expected:.3}"
     );
 }
@@ -104,7 +104,9 @@ fn row_misses_of_one_bank() {
 #[test]
 fn activates() {
     for part in Part::NAMES {
-        let config = config(part, false);
+        let mut config = config(part, false);
+        // On one command bus some activates wait for a clock, as bursts go first.
+        config.part.organisation.command_buses = CommandBuses::RowAndColumn;
         let (o, t) = (config.part.organisation, config.part.timing);
         let lanes = u64::from(o.pseudo_channels);
         let expected = (4 * o.burst_bytes() * lanes) as f64 / t.faw.max(4 * t.rrd_s) as f64;

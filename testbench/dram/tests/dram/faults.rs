@@ -58,7 +58,7 @@ fn traffic(config: &Config, table: &[Constraint]) -> Vec<Breach> {
     ] {
         for kind in [Kind::Random, Kind::Streaming] {
             let config = Config { mapping, page, ..config.clone() };
-            let requests = requests(kind, 6000, writes, 64, 3);
+            let requests = requests(kind, 2000, writes, 64, 3);
             let dram = Dram::with_constraints(config.clone(), table).unwrap();
             let run = run(dram, &requests, gap);
             breaches.extend(check(&config, &run.commands, run.statistics.clocks).0);

@@ -2,6 +2,7 @@
 
 mod checker;
 mod closed_forms;
+mod configs;
 mod faults;
 mod pairs;
 mod traffic;

@@ -145,10 +145,6 @@ fn others() {
             "rank_switch",
         )],
     );
-    // The two pseudo-channels of a channel share nothing but the command buses.
-    let mut device = Device::new(&hbm, &constraints(&hbm));
-    device.issue(Activate, 0, 1, 0);
-    assert_eq!(device.earliest(Activate, 16), 0);
 }
 
 /// What state forbids, whatever the clock.
