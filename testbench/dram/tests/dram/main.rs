@@ -4,5 +4,6 @@ mod checker;
 mod closed_forms;
 mod configs;
 mod faults;
+mod judge;
 mod pairs;
 mod traffic;

@@ -16,12 +16,15 @@ pub struct Run {
     pub statistics: Statistics,
     /// From push to pop, machine cycles, of each read in order of its request.
     pub latencies: Vec<u64>,
+    /// The same from the cycle in which it would have been pushed, had the memory been ready all the time.
+    pub delays: Vec<u64>,
 }
 
-/// Sends requests, one in a machine cycle where `gap` cycles are between them and the memory is ready, and waits for all answers.
+/// Sends requests, with `gap` cycles between them or as soon after that as the memory is ready, and waits for all answers.
 pub fn run(mut dram: Dram, requests: &[(bool, u64)], gap: u64) -> Run {
     dram.record();
-    let (mut commands, mut pushed, mut latencies) = (vec![], vec![], vec![]);
+    let (mut commands, mut pushed) = (vec![], vec![]);
+    let (mut latencies, mut delays) = (vec![], vec![]);
     let (mut cycle, mut next, mut left) = (0, 0, requests.len());
     let limit = 10_000_000;
     let mut waiting = requests.iter();
@@ -30,27 +33,30 @@ pub fn run(mut dram: Dram, requests: &[(bool, u64)], gap: u64) -> Run {
             let &(write, address) = waiting.next().unwrap();
             let tag = pushed.len() as u32;
             dram.push(Request { write, address, tag, client: u8::from(write) });
-            pushed.push((write, cycle));
+            pushed.push((write, cycle, next));
             latencies.push(None);
+            delays.push(None);
             left -= 1;
-            next = cycle + 1 + gap;
+            next += 1 + gap;
         }
         dram.cycle();
         cycle += 1;
         if let Some(tag) = dram.pop() {
-            let (write, begin) = pushed[tag as usize];
+            let (write, begin, planned) = pushed[tag as usize];
             assert!(!write, "an answer to a write");
             let before = latencies[tag as usize].replace(cycle - begin);
             assert_eq!(before, None, "two answers to read {tag}");
+            delays[tag as usize] = Some(cycle - planned);
         }
         commands.append(&mut dram.commands());
         assert!(cycle < limit, "not done after {limit} cycles");
     }
     assert_eq!(dram.pop(), None);
-    let reads = pushed.iter().filter(|(write, _)| !write).count();
+    let reads = pushed.iter().filter(|(write, ..)| !write).count();
     let latencies: Vec<u64> = latencies.into_iter().flatten().collect();
     assert_eq!(latencies.len(), reads, "answers");
-    Run { commands, statistics: dram.statistics(), latencies }
+    let delays = delays.into_iter().flatten().collect();
+    Run { commands, statistics: dram.statistics(), latencies, delays }
 }
 
 #[derive(Clone, Copy, Debug)]
