@@ -94,12 +94,12 @@ impl Dram {
         !self.channels.iter().any(Channel::is_full)
     }
 
-    /// Asks for one burst. It is taken if the memory was [`ready`](Dram::ready), and left out otherwise.
+    /// Asks for one burst; whether it was taken, as it is if the memory is [`ready`](Dram::ready).
     ///
     /// A write is done with here. A read comes back from [`pop`](Dram::pop), once.
-    pub fn push(&mut self, request: Request) {
+    pub fn push(&mut self, request: Request) -> bool {
         if !self.ready() {
-            return;
+            return false;
         }
         let Request { write, address, tag, client } = request;
         let burst = self.layout.burst(address);
@@ -113,6 +113,7 @@ impl Dram {
         let channel = &mut self.channels[place.channel];
         channel.push(write, place, entry, &mut out);
         self.wake = self.wake.min(channel.wake());
+        true
     }
 
     /// One machine cycle: as many device clocks as have become whole.

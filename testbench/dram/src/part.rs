@@ -178,7 +178,7 @@ pub struct Timing {
     pub bank_refresh: Option<BankRefresh>,
 }
 
-/// A DRAM device.
+/// A DRAM device. One that is changed by a program must be one that a file could say.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// Its name.

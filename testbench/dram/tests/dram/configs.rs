@@ -72,11 +72,21 @@ fn ends_of_the_ranges() {
             // All to one bank, and none answered yet: reads fill its queue.
             let mut taken = 0;
             while dram.ready() {
-                dram.push(Request { write: false, address: u64::MAX, tag: taken, client: 255 });
+                assert!(dram.push(Request {
+                    write: false,
+                    address: u64::MAX,
+                    tag: taken,
+                    client: 255
+                }));
                 taken += 1;
             }
             assert_eq!(taken, 32);
-            dram.push(Request { write: false, address: u64::MAX, tag: taken, client: 255 });
+            assert!(!dram.push(Request {
+                write: false,
+                address: u64::MAX,
+                tag: taken,
+                client: 255
+            }));
             let mut tags = vec![];
             while !dram.idle() {
                 dram.cycle();

@@ -21,7 +21,7 @@ const EPOCH: u64 = 10_000;
 fn judge() -> Option<&'static Path> {
     static BUILT: OnceLock<Option<PathBuf>> = OnceLock::new();
     let build = || {
-        if !tools::have(&["cmake", "g++"]) {
+        if !tools::have(&["cmake", "g++", "make"]) {
             return None;
         }
         let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("judge");
@@ -53,8 +53,8 @@ fn configuration(config: &Config) -> String {
         Mapping::BankRowColumn => "rababgrococh",
         Mapping::RowBankColumnGroup => "rorabacobgch",
     };
-    let megabytes = o.rank_banks() as u64 * u64::from(o.rows) * o.bursts() * o.burst_bytes() >> 20;
-    let size = megabytes * u64::from(config.ranks);
+    let bytes = o.rank_banks() as u64 * u64::from(o.rows) * o.bursts() * o.burst_bytes();
+    let size = (bytes * u64::from(config.ranks)) >> 20;
     // Ours is from a read to a write of the same rank, theirs between any ranks.
     let turn = t.rtw + t.cwl - t.cl - t.burst;
     format!(

@@ -6,4 +6,5 @@ mod configs;
 mod faults;
 mod judge;
 mod pairs;
+mod policies;
 mod traffic;
