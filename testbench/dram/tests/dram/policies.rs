@@ -81,7 +81,6 @@ fn when_writes_are_drained() {
     assert_eq!(dram.statistics().drains, 1);
     let names = names(dram.commands());
     let reads: usize = 20 - names.split_once('W').unwrap().0.matches('R').count();
-    let expected =
-        format!("{}{}", "W".repeat(20), format!("{}{}", "PAR".repeat(reads), "PAWWWWWW"));
+    let expected = ["W".repeat(20), "PAR".repeat(reads), "PAWWWWWW".to_string()].concat();
     assert!(names.ends_with(&expected), "{names}");
 }
