@@ -48,6 +48,13 @@ pub fn contradiction(part: &Part) -> Option<String> {
             "pbr2pbr + rrd_l for each bank",
             banks * (bank.to_refresh + t.rrd_l),
         ));
+        // Else activates would never come between refreshes.
+        rules.push(rule(
+            "refi",
+            t.refi,
+            "faw + pbr2act + rrd_l for each bank",
+            banks * (t.faw + bank.to_activate + t.rrd_l),
+        ));
     }
     let broken = rules.iter().find(|rule| rule.value < rule.least)?;
     let AtLeast { key, value, sum, least } = broken;

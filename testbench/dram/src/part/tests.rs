@@ -136,6 +136,11 @@ fn contradictions() {
             "rfc = 560\nrfc_bank = 99\npbr2pbr = 773\npbr2act = 9",
             "`timing.refi` is 12480: expected at least pbr2pbr + rrd_l for each bank, 12496",
         ),
+        (
+            "rfc = 560",
+            "rfc = 760\nrfc_bank = 750\npbr2pbr = 9\npbr2act = 740",
+            "`timing.refi` is 12480: expected at least faw + pbr2act + rrd_l for each bank, 12512",
+        ),
     ] {
         assert_eq!(message(old, new), format!("my.toml: {expected}"));
     }

@@ -171,6 +171,20 @@ proptest! {
         hold(&config, &requests(kind, 3000, writes, bytes, seed), gap)?;
     }
 
+    /// What does not bind in a part that is shipped may bind in another.
+    #[test]
+    fn any_device(
+        config in configs(),
+        kind in prop::sample::select(&[Kind::Random, Kind::Streaming, Kind::Fragments][..]),
+        writes in prop::sample::select(&[0u32, 85, 128][..]),
+        gap in prop::sample::select(&[0u64, 1, 7, 60][..]),
+        seed in any::<u64>(),
+    ) {
+        let part = any_part(&mut ChaCha8Rng::seed_from_u64(seed));
+        let config = Config { part, ..config };
+        hold(&config, &requests(kind, 1500, writes, 32, seed), gap)?;
+    }
+
     /// Few rows of few banks, so that hits, conflicts, coalesced writes and forwarded reads are common.
     #[test]
     fn crowded(config in configs(), writes in 0u32..256, gap in 0u64..40, seed in any::<u64>()) {
@@ -185,6 +199,57 @@ proptest! {
             .collect();
         hold(&config, &requests, gap)?;
     }
+}
+
+/// A part with numbers of its own, as a file.
+fn any_part(rng: &mut ChaCha8Rng) -> Part {
+    let mut text = "name = \"any\"\n[organisation]\nbus_bits = 16\nburst_length = 16\nrows = 64\ncolumns = 256\n".to_string();
+    for (key, most) in [("pseudo_channels", 2), ("bank_groups", 3), ("banks", 3)] {
+        text += &format!("{key} = {}\n", 1 << rng.random_range(0..most));
+    }
+    let buses = if rng.random() { "one" } else { "row-and-column" };
+    text += &format!("command_buses = \"{buses}\"\n[timing]\ntck_ps = 1000\n");
+    let mut upto = |most: u64| rng.random_range(1..=most);
+    let (burst, cl, cwl, rp, wr) = (upto(4), upto(20), upto(20), upto(20), upto(20));
+    let (rcd_read, rcd_write, rtp, ppd) = (upto(20), upto(20), upto(20), upto(6));
+    let (ccd_s, rrd_s, wtr_s) = (burst + upto(3) - 1, upto(8), upto(8));
+    let (ccd_l, rrd_l, wtr_l) = (ccd_s + upto(4) - 1, rrd_s + upto(4) - 1, wtr_s + upto(8) - 1);
+    let (faw, ras) = (rrd_s + upto(40), rcd_read + upto(20));
+    let (rc, rtw) = (ras + rp + upto(8) - 1, (cl + burst).saturating_sub(cwl) + upto(4));
+    let (rfc_bank, rank_switch) = (20 + upto(60), upto(3));
+    let (pbr2pbr, pbr2act, rfc) = (upto(40), upto(20), rfc_bank + upto(80));
+    let refi =
+        16 * (pbr2pbr + faw + pbr2act + rrd_l) + rfc + rc + cwl + burst + wr + rp + upto(900);
+    for (key, clocks) in [
+        ("burst", burst),
+        ("cl", cl),
+        ("cwl", cwl),
+        ("rcd_read", rcd_read),
+        ("rcd_write", rcd_write),
+        ("rp", rp),
+        ("ras", ras),
+        ("rc", rc),
+        ("rtp", rtp),
+        ("wr", wr),
+        ("ccd_s", ccd_s),
+        ("ccd_l", ccd_l),
+        ("rrd_s", rrd_s),
+        ("rrd_l", rrd_l),
+        ("faw", faw),
+        ("wtr_s", wtr_s),
+        ("wtr_l", wtr_l),
+        ("rtw", rtw),
+        ("rank_switch", rank_switch),
+        ("ppd", ppd),
+        ("refi", refi),
+        ("rfc", rfc),
+        ("rfc_bank", rfc_bank),
+        ("pbr2pbr", pbr2pbr),
+        ("pbr2act", pbr2act),
+    ] {
+        text += &format!("{key} = {clocks}\n");
+    }
+    Part::parse("any", &text).unwrap()
 }
 
 /// A read of another row, or any read, against what would keep it waiting for ever: row hits, or writes that never end.
