@@ -13,6 +13,7 @@
 //! A frame is stored, then read back pixel by pixel. Reading it back gives every section back and sets every
 //! SSA entry that was used to NULL, so that the next frame begins without clearing.
 
+pub mod answers;
 pub mod config;
 pub mod lookup;
 pub mod monitor;
@@ -224,7 +225,7 @@ impl<A: Allocator> Block for Chains<A> {
         if cfg.shape.bitmap {
             occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
         }
-        let word = Sections::moore(cfg, &(), &m.sections);
+        let words = Sections::moore(cfg, &(), &m.sections);
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
 
@@ -233,7 +234,7 @@ impl<A: Allocator> Block for Chains<A> {
                 fragment: i.fragment,
                 ssa,
                 nsa,
-                word,
+                word: answers::only(words),
                 grant: pool.grant,
                 exhausted: pool.exhausted,
             };
@@ -249,7 +250,7 @@ impl<A: Allocator> Block for Chains<A> {
                 ssa,
                 nsa,
                 occupancy,
-                word,
+                words,
                 depth: i.depth,
                 arrived_ready: i.arrived_ready,
             };

@@ -12,13 +12,14 @@
 //! ```
 //! One fragment a cycle from end to end, while all are on chip and no pixel takes a second pass.
 
+use super::answers::Words;
 use super::config::Config;
 use super::lookup::{self, Chain, Lookup};
 use super::occupancy;
 use super::reader::{self, ChainReader};
 use super::release::{self, ReleaseQueue};
 use super::scan::{self, Scan};
-use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use super::tables::{NsaEntry, Place, SsaEntry};
 use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::{
     Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
@@ -76,9 +77,9 @@ pub struct In {
     /// The occupancy words that were asked for.
     #[with(*cfg)]
     pub occupancy: occupancy::Moore,
-    /// The fragment that was asked for.
+    /// Fragments that were asked for.
     #[with(*cfg)]
-    pub word: Read<Word>,
+    pub words: Words,
     /// The depth that was asked for.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
@@ -176,7 +177,7 @@ impl Block for ReadBack {
         let to_reader = reader::In {
             chain: lookup.chain,
             nsa: i.nsa,
-            word: i.word,
+            words: i.words,
             arrived_ready: i.arrived_ready,
             release_ready: release.ready,
         };

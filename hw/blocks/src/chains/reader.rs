@@ -10,18 +10,18 @@
 //! ```
 //! One fragment a cycle from sections on chip, across sections and pixels; the NSA entry of a section
 //! is read together with its first fragment. At most `reads_in_flight` fragments are under way or
-//! waiting for the sorter. Reads change between on-chip and outside sections only when none is under
-//! way, since their answers must keep their order.
+//! waiting for the sorter, on chip and outside; [`Answers`] keeps their order.
 //!
 //! Fragments behind the pixel's opaque depth are marked invisible. How often a pixel is read is told by
 //! [`Passes`]. With passes of K fragments, one with more than K is read until the receiver has had every
 //! visible one: `ceil(visible / K)` passes, one at least; then its sections are released in a walk of their
 //! own. Any other pixel's sections are released as they are read. A section that its pixel owns stays.
 
+use super::answers::{self, Answers, Words};
 use super::config::{Config, Passes};
 use super::lookup::Chain;
 use super::release;
-use super::tables::{NsaEntry, Place, Word};
+use super::tables::{NsaEntry, Place};
 use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo, rtl};
@@ -53,6 +53,9 @@ pub struct Pending {
     pub depth: u32,
     /// Last of its pass.
     pub last: bool,
+    /// Its section lies outside.
+    #[exists(cfg.mixes())]
+    pub outside: bool,
 }
 
 /// Registers.
@@ -78,8 +81,9 @@ pub struct State {
     /// Reads under way.
     #[with(cfg.shape.reads_in_flight)]
     pub pending: fifo::State,
-    /// They go to outside sections.
-    pub outside: bool,
+    /// See [`answers`].
+    #[with(*cfg)]
+    pub answers: answers::State,
     /// Fragments that wait for the receiver.
     #[with(cfg.shape.reads_in_flight)]
     pub arrived: fifo::State,
@@ -106,9 +110,9 @@ pub struct In {
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
-    /// The fragment that was asked for.
+    /// Fragments that were asked for.
     #[with(*cfg)]
-    pub word: Read<Word>,
+    pub words: Words,
     /// The receiver takes a fragment.
     pub arrived_ready: bool,
     /// The release queue has room.
@@ -152,6 +156,8 @@ pub struct Mem {
     pub chains: <Chains as Block>::Mem,
     /// Reads under way.
     pub pending: <Pendings as Block>::Mem,
+    /// Answers that wait for their turn.
+    pub answers: answers::Mem,
     /// Fragments that wait for the sorter.
     pub arrived: <Arrivals as Block>::Mem,
 }
@@ -212,7 +218,7 @@ impl Block for ChainReader {
             position: 0,
             again: false,
             pending: Pendings::reset(&pendings(cfg)),
-            outside: false,
+            answers: Answers::reset(cfg),
             arrived: Arrivals::reset(&arrivals(cfg)),
             visible: 0,
             left: 0,
@@ -224,6 +230,7 @@ impl Block for ChainReader {
         Mem {
             chains: Chains::memories(&chains(cfg)),
             pending: Pendings::memories(&pendings(cfg)),
+            answers: Answers::memories(cfg),
             arrived: Arrivals::memories(&arrivals(cfg)),
         }
     }
@@ -253,9 +260,14 @@ impl Block for ChainReader {
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
         let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
         let oldest = pending.front.payload;
+        let to_answers = answers::In {
+            oldest: Stream { valid: pending.front.valid, payload: oldest.outside },
+            words: i.words,
+        };
+        let word = Answers::next(cfg, &q.answers, &mut d.answers, &mut m.answers, to_answers);
         let mut arrived: Stream<Marked<Arrived>> = Stream::idle();
-        if i.word.valid {
-            let visible = i.word.data.z < oldest.depth;
+        if word.valid {
+            let visible = word.data.z < oldest.depth;
             o.culled = !visible && !q.again;
             let seen = if q.again { 0 } else { q.visible + u32::from(visible) };
             let before = if q.again { q.left } else { seen };
@@ -270,13 +282,13 @@ impl Block for ChainReader {
             }
             arrived = Stream::offer(Marked::item(Arrived {
                 pixel: oldest.pixel,
-                z: i.word.data.z,
-                rgba: i.word.data.rgba,
-                weight: i.word.data.weight,
+                z: word.data.z,
+                rgba: word.data.rgba,
+                weight: word.data.weight,
                 visible,
                 last: oldest.last,
                 last_pass: left == 0,
-                label: i.word.data.label,
+                label: word.data.label,
             }));
         }
 
@@ -297,18 +309,20 @@ impl Block for ChainReader {
         match q.fsm {
             Fsm::Idle => begin = true,
             Fsm::Read => {
-                // The place at hand is asked for if its answer will find room and keep its order.
+                // The place at hand is asked for if its answer will find room.
                 let room = pending.count + waiting < cfg.shape.reads_in_flight;
-                let outside = cfg.is_outside(q.place.section);
-                if room && (nothing_under_way || outside == q.outside) && i.release_ready {
+                if room && i.release_ready {
                     let more_here = q.place.slot + 1 < fill;
                     let last = !more_here && next == cfg.null;
                     let shallow = once || q.position < depth;
                     o.read = Stream::offer(q.place);
                     o.read_again = q.again;
-                    fetch =
-                        Stream::offer(Pending { pixel: q.chain.pixel, depth: q.chain.depth, last });
-                    d.outside = outside;
+                    fetch = Stream::offer(Pending {
+                        pixel: q.chain.pixel,
+                        depth: q.chain.depth,
+                        last,
+                        outside: cfg.is_outside(q.place.section),
+                    });
                     d.position = q.position + 1;
                     if !more_here && !q.again && shallow && q.place.section >= cfg.owned {
                         o.release.push = Stream::offer(q.place.section);
@@ -378,7 +392,7 @@ impl Block for ChainReader {
 
         let to_chains = fifo::In { push: i.chain, pop };
         Chains::next(&chains(cfg), &q.chains, &mut d.chains, &mut m.chains, to_chains);
-        let to_pending = fifo::In { push: fetch, pop: i.word.valid };
+        let to_pending = fifo::In { push: fetch, pop: word.valid };
         Pendings::next(&pendings(cfg), &q.pending, &mut d.pending, &mut m.pending, to_pending);
         let to_arrived = fifo::In { push: arrived, pop: i.arrived_ready };
         Arrivals::next(&arrivals(cfg), &q.arrived, &mut d.arrived, &mut m.arrived, to_arrived);

@@ -2,18 +2,18 @@
 //!
 //! ```text
 //!  write (place, word) --->+----------+
-//!  read (place) ---------->| Sections |---> word (Read)
+//!  read (place) ---------->| Sections |---> words (Read of each side)
 //!                          +----------+
 //! ```
 //! Those that pixels own and the first free ones are on chip (one cycle), the others outside
 //! (`outside_latency` cycles).
-//! One access a cycle to each; reads are pipelined. Answers of the two must not meet: a reader
-//! changes from one to the other only when nothing is under way.
+//! One access a cycle to each; reads are pipelined. Each side answers in order and by itself: see [`super::answers`].
 
+use super::answers::Words;
 use super::config::Config;
 use super::tables::{Place, Word};
 use pellucid_sim::Block;
-use pellucid_sim::{Memory, Ram1RW, Read, Signals, Stream, rtl};
+use pellucid_sim::{Memory, Ram1RW, Signals, Stream, rtl};
 
 /// See the module's description.
 pub struct Sections;
@@ -70,7 +70,7 @@ impl Block for Sections {
     type Config = Config;
     type State = ();
     type In = In;
-    type Moore = Read<Word>;
+    type Moore = Words;
     type Out = ();
     type Mem = Mem;
 
@@ -86,9 +86,8 @@ impl Block for Sections {
     }
 
     #[inline(always)]
-    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<Word> {
-        let (on_chip, outside) = (m.on_chip.q(), m.outside.q());
-        if outside.valid { outside } else { on_chip }
+    fn moore(_: &Config, (): &(), m: &Self::Mem) -> Words {
+        Words { on_chip: m.on_chip.q(), outside: m.outside.q() }
     }
 
     #[inline(always)]
@@ -115,6 +114,7 @@ impl Block for Sections {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chains::answers::only;
     use crate::chains::config::Shape;
     use crate::test_util::{Clocked, screen, shape};
 
@@ -159,7 +159,7 @@ mod tests {
                 table.clock(reads(Stream::offer(place))).unwrap();
                 let latency = if place.section < ON_CHIP { 1 } else { outside_latency };
                 for after in 1..=10 {
-                    let seen = table.moore();
+                    let seen = only(table.moore());
                     assert_eq!(seen.valid, after == latency, "{place:?}, {after} cycles after");
                     assert!(!seen.valid || seen.data == word(place), "{place:?}");
                     table.clock(reads(Stream::idle())).unwrap();
@@ -174,7 +174,7 @@ mod tests {
         let outside: Vec<Place> = places().filter(|p| p.section >= ON_CHIP).collect();
         let mut seen = vec![];
         for cycle in 0..outside.len() + 6 {
-            let answer = table.moore();
+            let answer = table.moore().outside;
             seen.extend(answer.valid.then_some((cycle, answer.data)));
             let read = outside.get(cycle).map_or(Stream::idle(), |place| Stream::offer(*place));
             table.clock(reads(read)).unwrap();

@@ -77,7 +77,7 @@ impl Bench {
                 ssa: self.ssa.q(),
                 nsa: self.stored.nsa.q(),
                 occupancy: self.occupancy.moore(),
-                word: self.stored.words.answer(cycle),
+                words: self.stored.words.answers(cycle),
                 depth: self.depth.q(),
                 arrived_ready: arrived.ready,
             };

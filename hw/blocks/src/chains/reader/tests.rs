@@ -72,7 +72,7 @@ impl Bench {
         let mut ended = false;
         for cycle in 0.. {
             assert!(cycle < 100_000, "the frame does not end: {seen:?}");
-            let word = self.stored.words.answer(cycle);
+            let words = self.stored.words.answers(cycle);
             let release_ready = ((open.len() + committed.len()) as u32) < cfg.release.depth;
             let moore = self.sim.moore();
             let arrived = moore.arrived.with(timing.arrived_ready.at(cycle));
@@ -80,7 +80,7 @@ impl Bench {
             let i = In {
                 chain: source.offer(cycle),
                 nsa: self.stored.nsa.q(),
-                word,
+                words,
                 arrived_ready: arrived.ready,
                 release_ready,
             };
@@ -173,6 +173,18 @@ fn outside_sections_are_read_at_one_fragment_a_cycle_too() {
 }
 
 #[test]
+fn sections_on_either_side_by_turns_are_read_at_one_fragment_a_cycle_too() {
+    let shape = Shape { outside_latency: 20, reads_in_flight: 24, ..shape() };
+    let pixels = vec![pixel_of(1); 60];
+    let sections: Vec<u32> = (0..30).flat_map(|k| [k, ON_CHIP + k]).collect();
+    let seen = Bench::new(shape, &pixels, &sections).read(&Timing::free_running());
+    let cycles: Vec<u64> = seen.arrived.iter().map(|(cycle, _)| *cycle).take(60).collect();
+    // The first fragment lies on chip; from the second one on, nothing is waited for.
+    let second = cycles[1];
+    assert_eq!(cycles[1..], (second..second + 59).collect::<Vec<_>>());
+}
+
+#[test]
 fn as_many_visible_fragments_as_the_sorter_holds_take_one_pass() {
     let shape = Shape { passes: Passes::Each(4), ..shape() };
     let sections: Vec<u32> = (0..ON_CHIP).collect();
@@ -246,5 +258,32 @@ proptest! {
         prop_assert_eq!(seen.read - seen.read_again, fragments);
         let visible: u32 = pixels.iter().map(Pixel::visible).sum();
         prop_assert_eq!(seen.culled, fragments - visible as usize);
+    }
+
+    /// A section that moves onto the chip makes nothing later.
+    #[test]
+    fn more_sections_on_chip_are_never_slower(
+        pixels in proptest::collection::vec(pixel(), 1..8),
+        sections in Just((0..NULL).collect::<Vec<u32>>()).prop_shuffle(),
+        moved in any::<prop::sample::Index>(),
+        outside_latency in 1u32..=20,
+        reads_in_flight in 2u32..=24,
+    ) {
+        let shape = Shape { outside_latency, reads_in_flight, ..shape() };
+        let at = |sections: &[u32]| {
+            let seen = Bench::new(shape, &pixels, sections).read(&Timing::free_running());
+            seen.arrived.iter().map(|(cycle, _)| *cycle).collect::<Vec<_>>()
+        };
+        let before = at(&sections);
+        let mut other = sections.clone();
+        // The first section of that list that lies outside changes places with one on chip that no pixel has.
+        let used: usize = pixels.iter().map(|p| p.layers.len().div_ceil(3)).sum();
+        let outside: Vec<usize> = (0..used).filter(|k| sections[*k] >= ON_CHIP).collect();
+        let free = (used..sections.len()).find(|k| sections[*k] < ON_CHIP);
+        if let (false, Some(free)) = (outside.is_empty(), free) {
+            other.swap(outside[moved.index(outside.len())], free);
+        }
+        let after = at(&other);
+        prop_assert!(after.iter().zip(&before).all(|(a, b)| a <= b), "{before:?}, then {after:?}");
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::chains::answers::only;
 use crate::chains::config::Shape;
 use crate::chains::test_util::{Pixel, Stored};
 use crate::test_util::{edge, small_owned, traffic};
@@ -66,7 +67,7 @@ impl Bench {
                 fragment,
                 entry: self.entry,
                 nsa: self.stored.nsa.q(),
-                word: self.stored.words.answer(cycle),
+                word: only(self.stored.words.answers(cycle)),
                 taken: weight.valid && shown > late,
             };
             let taken = i.taken;
