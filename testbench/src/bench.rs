@@ -6,6 +6,7 @@ use crate::ports::PortRecorder;
 use crate::recorder::{Recorder, WaveError, WaveJob, WaveReport};
 use crate::room::{NoRoom, reserve};
 use crate::source::SourceError;
+use pellucid_machine::board::Timing;
 use pellucid_machine::dut::Observer;
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Dut, Failure, Item, Model, Offer, Tally};
@@ -115,6 +116,11 @@ impl Bench {
     /// Makes the display take a pixel only in cycles for which `ready` says so.
     pub fn set_display(&mut self, ready: impl FnMut(u64) -> bool + 'static) {
         self.dut.set_display(Box::new(ready));
+    }
+
+    /// Gives the outside memory another timing, before anything is sent.
+    pub(crate) fn set_timing(&mut self, timing: Box<dyn Timing>) {
+        self.dut.set_timing(timing);
     }
 
     /// Writes a waveform from now on, and at its end beside it what viewers need to show it. `scope` names

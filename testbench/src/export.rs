@@ -8,7 +8,9 @@ use pellucid_machine::Model;
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::netlist::Module;
-use pellucid_verilog::{File, files, lockstep::testbench};
+use pellucid_verilog::lockstep::testbench;
+use pellucid_verilog::outside::{OUTSIDE_MEMORY, OutsideMemory, TEXT};
+use pellucid_verilog::{File, files};
 use std::path::Path;
 
 /// The testbench's module.
@@ -71,12 +73,24 @@ pub fn export(
     let netlist = machine.netlist();
     let modules = modules(arch, source.screen(), machine, &netlist);
     let bench = format!("{TESTBENCH}.v");
-    write(folder, &modules, &[&bench])?;
-    put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS))?;
+    let memory = machine
+        .outside()
+        .map(|(port, outside)| OutsideMemory { words: port.words, latency: outside.latency });
+    let mut beside = vec![];
+    let file = format!("{OUTSIDE_MEMORY}.v");
+    if memory.is_some() {
+        put(&folder.join(&file), TEXT)?;
+        beside.push(file.as_str());
+    }
+    beside.push(&bench);
+    write(folder, &modules, &beside)?;
+    // One that pauses is not that of the export.
+    let memory = memory.filter(|_| stimulus == Stimulus::Plain);
+    put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS, memory))?;
     let mut played = Bench::new(machine);
     played.reserve()?;
     played.record_ports(&folder.join(VECTORS), &netlist)?;
-    stimulus.play(&mut played, source, machine.kind())?;
+    stimulus.play(&mut played, source, machine)?;
     played.finish_ports()?;
     Ok(Exported { modules: modules.len(), cycles: played.cycles() })
 }

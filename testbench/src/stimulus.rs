@@ -1,8 +1,9 @@
 //! How a frame is played to a machine whose ports are recorded.
 
 use crate::bench::{Bench, BenchError};
+use crate::outside::Pausing;
 use crate::source::Source;
-use pellucid_machine::{Item, Kind};
+use pellucid_machine::{Item, Model};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,7 +11,7 @@ pub enum Stimulus {
     /// One frame, as fast as the machine takes it.
     Plain,
     /// Half a frame, a reset, the frame, and three times less and less of it, so that what is not cleared in between is
-    /// seen, in each of two banks, too; the source pauses and the display stalls.
+    /// seen, in each of two banks, too; the source pauses, and the display and the outside memory stall.
     Stress,
 }
 
@@ -31,7 +32,13 @@ impl Stimulus {
     ///
     /// # Errors
     /// See [`BenchError`].
-    pub fn play(self, bench: &mut Bench, source: &Source, kind: Kind) -> Result<(), BenchError> {
+    pub fn play(
+        self,
+        bench: &mut Bench,
+        source: &Source,
+        machine: &dyn Model,
+    ) -> Result<(), BenchError> {
+        let kind = machine.kind();
         if self == Stimulus::Plain {
             bench.frame(|bench| source.play(kind, &mut |item| bench.send(item)))?;
             return bench.wait_for(1, |_, _| Ok(()));
@@ -42,6 +49,9 @@ impl Stimulus {
             Ok(())
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
+        if let Some((_, outside)) = machine.outside() {
+            bench.set_timing(Box::new(Pausing::new(outside.latency)));
+        }
         let mut sent = 0;
         let mut send = |bench: &mut Bench, item: &Item| {
             sent += 1;

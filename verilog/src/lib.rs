@@ -18,6 +18,7 @@ mod expression;
 pub mod lockstep;
 mod module;
 mod names;
+pub mod outside;
 mod ram;
 
 use pellucid_sim::netlist::{Ask, Module};

@@ -21,8 +21,7 @@ use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
 use crate::sequencer::{self, Sequencer};
 pub use crate::sequencer::{PHASES, Phase};
-use pellucid_machine::FragmentIn;
-use pellucid_machine::pixel::{COLOUR_BITS, Marked, PixelFragment, Screen, Z_BITS};
+use pellucid_machine::pixel::{COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS};
 use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
@@ -63,9 +62,11 @@ pub struct Mem {
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Screen)]
 pub struct In {
-    /// What the machine is offered.
+    /// Fragments in arrival order, then the end of the frame.
     #[with(*cfg)]
-    pub ports: FragmentIn,
+    pub fragment: Stream<Marked<Fragment>>,
+    /// The display takes a pixel.
+    pub image_ready: bool,
     /// Whoever takes `passed` is ready.
     pub passed_ready: bool,
     /// The frame's last fragment is stored.
@@ -176,11 +177,11 @@ impl Block for Front {
         let display = Display::moore(cfg, &q.display, &m.display);
         let ready = DepthTest::moore(cfg, &q.depth_test, &m.depth_test).ready;
 
-        let offered = i.ports.fragment.valid && sequencer.open;
+        let offered = i.fragment.valid && sequencer.open;
         let storing = matches!(sequencer.phase, Phase::Store) || offered;
         let test = if storing {
             let to_depth_test = depth_test::In {
-                fragment: Stream { valid: offered, payload: i.ports.fragment.payload },
+                fragment: Stream { valid: offered, payload: i.fragment.payload },
                 depth: display.depth,
                 passed_ready: i.passed_ready,
             };
@@ -191,7 +192,7 @@ impl Block for Front {
 
         let to_sequencer = sequencer::In {
             comes: offered && ready,
-            end: i.ports.fragment.payload.end,
+            end: i.fragment.payload.end,
             stored: i.stored,
             resolved: i.resolved,
             again: i.again,
@@ -207,7 +208,7 @@ impl Block for Front {
             colour_write: [test.colour_write, i.colour_write],
             clear: sequencer.clear,
             show: frame_done,
-            image_ready: i.ports.image_ready,
+            image_ready: i.image_ready,
         };
         Display::next(cfg, &q.display, &mut d.display, &mut m.display, to_display);
 

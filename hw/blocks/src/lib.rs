@@ -22,6 +22,7 @@ pub mod frame_buffer;
 pub mod front;
 pub mod scanout;
 pub mod sequencer;
+pub mod skid;
 pub mod sorter;
 pub mod weights;
 

@@ -38,9 +38,9 @@ use distributor::Distributor;
 use merger::Merger;
 use object_engine::ObjectEngine;
 use pellucid_blocks::sequencer::Phase;
-use pellucid_machine::PrimitiveIn;
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
 use pellucid_machine::primitive::{Format, Primitive};
+use pellucid_machine::{InConfig, PrimitiveIn};
 use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, rtl};
 use std::marker::PhantomData;
 use transparency::Transparency;
@@ -140,7 +140,7 @@ pub struct Mem<T: Transparency> {
 
 #[rtl(
     name = "composer",
-    input = *cfg.screen(),
+    input = InConfig { screen: *cfg.screen(), outside: T::port(&cfg.transparency) },
     check(Composer<scan_lines::ScanLines>, crate::test_util::composer(1, 1)),
     check(Composer<scan_lines::ScanLines>, crate::test_util::composer(3, 2))
 )]
@@ -225,6 +225,7 @@ impl<T: Transparency> Block for Composer<T> {
             line_merged: merged.line_done,
             image_ready: i.image_ready,
             clear: q.clear,
+            outside: i.outside,
         };
         let transparency = T::next(
             &cfg.transparency,

@@ -4,6 +4,7 @@ use super::merging_unit::{Opaque, STAGES};
 use super::transparency::{Transparency, Watch};
 use super::{Composer, Config, Out, State, object_engine};
 use pellucid_blocks::sequencer::{PHASES, Phase};
+use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::Primitive;
 use pellucid_machine::{
@@ -89,7 +90,16 @@ impl<T: Transparency> Machine for Composer<T> {
             item_ready: out.primitive.ready,
             image: out.image,
             replay: false,
+            outside: T::wires(&out.transparency),
         }
+    }
+
+    fn port(cfg: &Self::Config) -> outside::Config {
+        T::port(&cfg.transparency)
+    }
+
+    fn outside(cfg: &Self::Config) -> Option<Outside> {
+        T::outside(&cfg.transparency).map(|memory| memory.within("transparency"))
     }
 
     fn screen(cfg: &Self::Config) -> Screen {

@@ -19,6 +19,7 @@ use super::scan_line::{self, ScanLine};
 use super::transparency::{In, Moore};
 use pellucid_blocks::scanout::{self, Scanout};
 use pellucid_machine::pixel::{COLOUR_BITS, Screen};
+use pellucid_machine::{InConfig, outside};
 use pellucid_sim::{
     Block, Memory, Ram1R1W, ReadDuringWrite, Registers, Signals, Stream, bits_for, check_range, rtl,
 };
@@ -141,7 +142,7 @@ pub struct Mem {
 }
 
 #[rtl(
-    input = cfg.raster.screen,
+    input = InConfig { screen: cfg.raster.screen, outside: outside::Config::NONE },
     moore = cfg.raster.screen,
     check(ScanLines, crate::test_util::scan_lines(1)),
     check(ScanLines, crate::test_util::scan_lines(3))

@@ -23,7 +23,7 @@ use super::walker::{self, Walker};
 use pellucid_blocks::front::{Phase, Status};
 use pellucid_machine::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_machine::primitive::{Format, Primitive};
-use pellucid_machine::{FragmentIn, Machine};
+use pellucid_machine::{FragmentIn, InConfig, Machine};
 use pellucid_sim::{Block, Label, Memory, Netlist, Registers, Signals, Stream, rtl};
 use std::marker::PhantomData;
 
@@ -119,7 +119,7 @@ pub struct Mem<M: FragmentStore> {
 type Primitives = DoubleBuffer<Primitive>;
 
 #[rtl(
-    input = *cfg.screen(),
+    input = InConfig { screen: *cfg.screen(), outside: M::port(&cfg.store) },
     moore = *cfg.screen(),
     check(Store<pellucid_rbuffer::RBuffer>, crate::test_util::rbuffer_store(4, Some(7))),
     check(Store<pellucid_rbuffer::RBuffer>, crate::test_util::rbuffer_store(4, None))
@@ -233,7 +233,7 @@ impl<M: FragmentStore> Block for Store<M> {
             d.merges = true;
         }
 
-        let to_store = FragmentIn { fragment, image_ready: i.image_ready };
+        let to_store = FragmentIn { fragment, image_ready: i.image_ready, outside: i.outside };
         let store = M::next(&cfg.store, &q.store, &mut d.store, &mut m.store, to_store);
         Out {
             lost: Stream { valid: insert.valid && primitives.full, payload: insert.payload },

@@ -5,6 +5,7 @@ use super::store::Store;
 use super::*;
 use crate::test_util::{Pattern, Source, Triangle, composer, pattern, screen, triangle};
 use pellucid_blocks::allocator::FreeList;
+use pellucid_machine::board::Board;
 use pellucid_machine::pixel::{Fragment, Z_FAR, blend};
 use pellucid_machine::{Census, Fragments, Machine, Monitor, Tally};
 use pellucid_rbuffer::{RBuffer, config as rbuffer};
@@ -26,7 +27,7 @@ fn play<T: Transparency>(
         primitives.map(Marked::item).chain([Marked::end()])
     });
     let mut source = Source::new(items.collect::<Vec<_>>(), starts.clone());
-    let mut sim = Sim::<Composer<T>>::new(cfg);
+    let mut sim = Sim::<Board<Composer<T>>>::new(cfg);
     let mut monitor = ComposerMonitor::<T>::new(&cfg);
     let mut shown = vec![];
     for cycle in 0.. {
@@ -34,6 +35,7 @@ fn play<T: Transparency>(
         let i = pellucid_machine::PrimitiveIn {
             primitive: source.offer(cycle),
             image_ready: ready.at(cycle),
+            outside: sim.memories().outside(),
         };
         let Cycle { cfg, q, out } = sim.clock(i).unwrap();
         monitor.observe(cfg, q, &out).unwrap();

@@ -4,7 +4,7 @@
 use super::merging_unit::Opaque;
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
 use pellucid_machine::primitive::{Format, Primitive};
-use pellucid_machine::{Arithmetic, Census, Check, Tally};
+use pellucid_machine::{Arithmetic, Census, Check, InConfig, Outside, Tally, outside};
 use pellucid_sim::{Handshake, Netlist, Registers, Signals, StorageInfo, Stream, Violation, Wait};
 
 /// See the module's description.
@@ -22,6 +22,18 @@ pub trait Transparency:
     type Monitor: Watch<Self>;
     /// How it makes colours.
     const ARITHMETIC: Arithmetic;
+    /// Its port to outside memory.
+    fn port(_: &Self::Config) -> outside::Config {
+        outside::Config::NONE
+    }
+    /// The memory behind it, if there is one.
+    fn outside(_: &Self::Config) -> Option<Outside> {
+        None
+    }
+    /// That port's wires.
+    fn wires(_: &Self::Out) -> outside::Wires {
+        outside::Wires::default()
+    }
     /// What must have been counted behind the merger, for frames of which every fragment found its place.
     fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;
 }
@@ -51,10 +63,10 @@ pub trait Watch<T: Transparency>: Sized {
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
+#[signals(InConfig)]
 pub struct In {
     /// Transparent primitives, then the end of the frame.
-    #[with(Format::drawn(*cfg))]
+    #[with(Format::drawn(cfg.screen))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The frame whose primitives came is composed from now on, and the next one may come. Only while
     /// `sorted` and not `busy`.
@@ -66,8 +78,12 @@ pub struct In {
     /// The receiver takes a colour.
     pub image_ready: bool,
     /// A pixel's number, for what is to be emptied after reset.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
+    /// What the outside memory shows.
+    #[with(cfg.outside)]
+    #[exists(cfg.outside.exists())]
+    pub outside: outside::In,
 }
 
 /// Outputs of registers.

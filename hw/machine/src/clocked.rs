@@ -1,9 +1,11 @@
 //! A machine of one architecture under the clock.
 
+use crate::board::{Board, Timing};
 use crate::dut::{At, Dut, Failure, Observed, Observer, Quiet};
 use crate::item::{ItemType, Offer};
 use crate::machine::{Machine, Ports};
 use crate::monitor::Monitor;
+use crate::outside;
 use crate::phase::PhaseInfo;
 use crate::pixel::Marked;
 use crate::tally::Tally;
@@ -17,7 +19,7 @@ const LOOK_EVERY: u64 = 1 << 14;
 
 /// A cycle of a machine.
 struct ObservedCycle<'a, M: Machine> {
-    cycle: &'a Cycle<'a, M>,
+    cycle: &'a Cycle<'a, Board<M>>,
     input: &'a M::In,
 }
 
@@ -38,13 +40,18 @@ impl<M: Machine> Observed for ObservedCycle<'_, M> {
 
 /// Shows a cycle. It comes by value: where nobody watches, it need not be in memory at all.
 #[inline(never)]
-fn show<M: Machine>(observer: &mut dyn Observer, at: At, input: M::In, cycle: Cycle<M>) -> Quiet {
+fn show<M: Machine>(
+    observer: &mut dyn Observer,
+    at: At,
+    input: M::In,
+    cycle: Cycle<Board<M>>,
+) -> Quiet {
     observer.cycle(at, &ObservedCycle::<M> { cycle: &cycle, input: &input })
 }
 
 /// See the module's description.
 pub struct Clocked<M: Machine> {
-    sim: Sim<M>,
+    sim: Sim<Board<M>>,
     monitor: M::Monitor,
     watchdog: Watchdog,
     pixels: Vec<u32>,
@@ -84,7 +91,7 @@ impl<M: Machine> Clocked<M> {
             peeks: false,
             quiet: Quiet::default(),
             display: None,
-            input: M::Item::input(Stream::idle(), false),
+            input: M::Item::input(Stream::idle(), false, outside::In::default()),
         }
     }
 
@@ -112,7 +119,7 @@ impl<M: Machine> Clocked<M> {
             None => true,
             Some(ready) => ready(at),
         };
-        let input = M::Item::input(item, image_ready);
+        let input = M::Item::input(item, image_ready, self.sim.memories().outside());
         if self.peeks
             && let Some(observer) = &mut self.observer
         {
@@ -129,7 +136,7 @@ impl<M: Machine> Clocked<M> {
         let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
         let fits =
             if cfg!(debug_assertions) { Signals::check(&cycle.out, cycle.cfg) } else { Ok(()) };
-        let Ports { phase, item_ready, image, replay } = M::ports(&cycle.out);
+        let Ports { phase, item_ready, image, replay, .. } = M::ports(&cycle.out);
         self.replay = replay;
         if phase != self.phase {
             self.phase = phase;
@@ -139,7 +146,7 @@ impl<M: Machine> Clocked<M> {
             let time = self.ready_at.map(|zero| at - zero);
             let quiet = phase == self.quiet.phase && time.is_some_and(|t| t < self.quiet.until);
             if !quiet {
-                self.quiet = show(&mut **observer, At { time, phase }, input, cycle);
+                self.quiet = show::<M>(&mut **observer, At { time, phase }, input, cycle);
             }
         }
         observed.map_err(|violation| Box::new(violation.into()))?;
@@ -220,6 +227,10 @@ impl<M: Machine> Dut for Clocked<M> {
         self.display = Some(ready);
     }
 
+    fn set_timing(&mut self, timing: Box<dyn Timing>) {
+        self.sim.memories().set_timing(timing);
+    }
+
     fn watch(&mut self, observer: Box<dyn Observer>) {
         self.peeks = observer.peeks();
         self.quiet = Quiet::default();
@@ -237,7 +248,7 @@ impl<M: Machine> Dut for Clocked<M> {
         let (at, input) = (At { time: Some(time), phase: self.phase }, self.input);
         match (self.sim.at_fault(), &mut self.observer) {
             (Some(cycle), Some(observer)) => {
-                show(&mut **observer, at, input, cycle);
+                show::<M>(&mut **observer, at, input, cycle);
                 time
             }
             (Some(_), None) => time,

@@ -3,6 +3,7 @@
 //! Whoever plays, records, compares, reports and tests deals with a [`Dut`], the device under test. Its code is
 //! compiled once, where the architecture is. A call is a cycle or many: [`Dut::send`] and [`Dut::run`] loop inside.
 
+use crate::board::Timing;
 use crate::item::Offer;
 use crate::phase::PhaseInfo;
 use crate::tally::Tally;
@@ -99,6 +100,8 @@ pub trait Dut {
     fn reset(&mut self);
     /// Makes the display take a pixel only in cycles for which `ready` says so.
     fn set_display(&mut self, ready: Box<dyn FnMut(u64) -> bool>);
+    /// Gives the outside memory another timing, at power-up. Without effect where the machine has none.
+    fn set_timing(&mut self, timing: Box<dyn Timing>);
     /// Shows every cycle from now on to `observer`.
     fn watch(&mut self, observer: Box<dyn Observer>);
     /// The observer back, if there is one.

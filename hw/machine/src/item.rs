@@ -1,5 +1,6 @@
 //! What frames are made of, and how a machine is sent it.
 
+use crate::outside;
 use crate::pixel::{Fragment, MAX_SIDE, Marked, Screen};
 use crate::primitive::{Format, Primitive, span};
 use pellucid_sim::{Label, Signals, Stream};
@@ -56,26 +57,43 @@ pub enum Offer<'a> {
     End,
 }
 
+/// What the widths of a machine's inputs depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct InConfig {
+    /// The screen.
+    pub screen: Screen,
+    /// The port to outside memory.
+    pub outside: outside::Config,
+}
+
 /// Inputs of a machine that takes fragments.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
+#[signals(InConfig)]
 pub struct FragmentIn {
     /// A frame's fragments in arrival order, then its end.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub fragment: Stream<Marked<Fragment>>,
     /// The display takes a pixel.
     pub image_ready: bool,
+    /// What the outside memory shows.
+    #[with(cfg.outside)]
+    #[exists(cfg.outside.exists())]
+    pub outside: outside::In,
 }
 
 /// Inputs of a machine that takes primitives.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
+#[signals(InConfig)]
 pub struct PrimitiveIn {
     /// A frame's primitives in arrival order, then its end.
-    #[with(Format::whole(*cfg))]
+    #[with(Format::whole(cfg.screen))]
     pub primitive: Stream<Marked<Primitive>>,
     /// The display takes a pixel.
     pub image_ready: bool,
+    /// What the outside memory shows.
+    #[with(cfg.outside)]
+    #[exists(cfg.outside.exists())]
+    pub outside: outside::In,
 }
 
 /// A type of items, with the input ports of machines that take them.
@@ -84,8 +102,8 @@ pub trait ItemType: Copy + Default {
     const KIND: Kind;
     /// Inputs of a machine that takes such items.
     type In: Copy;
-    /// The inputs in which `item` is offered.
-    fn input(item: Stream<Marked<Self>>, image_ready: bool) -> Self::In;
+    /// The inputs in which `item` is offered, and the outside memory shows that.
+    fn input(item: Stream<Marked<Self>>, image_ready: bool, outside: outside::In) -> Self::In;
     /// The item, if it is of this type.
     fn of(item: &Item) -> Option<Self>;
     /// Labels it as number `number` of its frame, counted from 0.
@@ -97,8 +115,12 @@ impl ItemType for Fragment {
     type In = FragmentIn;
 
     #[inline(always)]
-    fn input(fragment: Stream<Marked<Fragment>>, image_ready: bool) -> FragmentIn {
-        FragmentIn { fragment, image_ready }
+    fn input(
+        fragment: Stream<Marked<Fragment>>,
+        image_ready: bool,
+        outside: outside::In,
+    ) -> FragmentIn {
+        FragmentIn { fragment, image_ready, outside }
     }
 
     #[inline(always)]
@@ -118,8 +140,12 @@ impl ItemType for Primitive {
     type In = PrimitiveIn;
 
     #[inline(always)]
-    fn input(primitive: Stream<Marked<Primitive>>, image_ready: bool) -> PrimitiveIn {
-        PrimitiveIn { primitive, image_ready }
+    fn input(
+        primitive: Stream<Marked<Primitive>>,
+        image_ready: bool,
+        outside: outside::In,
+    ) -> PrimitiveIn {
+        PrimitiveIn { primitive, image_ready, outside }
     }
 
     #[inline(always)]

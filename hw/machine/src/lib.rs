@@ -14,12 +14,15 @@
 //! | [`census`] | what is known of a frame before a machine has seen it |
 //! | [`dut`] | a machine under the clock, whatever its architecture |
 //! | [`clocked`] | the same of one architecture |
+//! | [`outside`] | the port to memory outside of the chip |
+//! | [`board`] | a machine with that memory |
 //! | [`model`] | a machine that is ready to run |
 //! | [`params`] | parameters |
 //! | [`architecture`] | what an architecture says of itself |
 
 pub mod architecture;
 pub mod arithmetic;
+pub mod board;
 pub mod census;
 pub mod clocked;
 pub mod dut;
@@ -27,6 +30,7 @@ pub mod item;
 pub mod machine;
 pub mod model;
 pub mod monitor;
+pub mod outside;
 pub mod params;
 pub mod phase;
 pub mod pixel;
@@ -37,9 +41,10 @@ pub use architecture::Architecture;
 pub use arithmetic::Arithmetic;
 pub use census::{Census, Check};
 pub use dut::{Dut, Failure};
-pub use item::{FragmentIn, Item, ItemType, Kind, Offer, PrimitiveIn};
+pub use item::{FragmentIn, InConfig, Item, ItemType, Kind, Offer, PrimitiveIn};
 pub use machine::{Dealer, Machine, Ports};
 pub use model::Model;
 pub use monitor::{Memories, Monitor, Seen, seen, waits};
+pub use outside::Outside;
 pub use phase::{Cycles, PhaseCounts, PhaseInfo};
 pub use tally::{Fragments, MemoryTally, StreamTally, Tally};

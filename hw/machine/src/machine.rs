@@ -4,6 +4,7 @@ use crate::arithmetic::Arithmetic;
 use crate::census::{Census, Check};
 use crate::item::{Item, ItemType};
 use crate::monitor::Monitor;
+use crate::outside::{self, Outside, Wires};
 use crate::phase::PhaseInfo;
 use crate::pixel::Screen;
 use crate::tally::Tally;
@@ -21,6 +22,8 @@ pub struct Ports {
     /// What is to come next is the same frame again, from its first fragment. High from the end of a round
     /// of the frame until its first item comes again.
     pub replay: bool,
+    /// The port to outside memory.
+    pub outside: Wires,
 }
 
 /// Says to which engine each item of a frame goes; asked once of each, in arrival order.
@@ -52,6 +55,14 @@ pub trait Machine:
     /// that are equally deep the one of the engine with the lower number is seen, of one engine's the one that
     /// arrived first. What it says of transparent items is without meaning.
     fn dealer(_: &Self::Config) -> Option<Dealer> {
+        None
+    }
+    /// Its port to outside memory.
+    fn port(_: &Self::Config) -> outside::Config {
+        outside::Config::NONE
+    }
+    /// The memory behind it, if there is one.
+    fn outside(_: &Self::Config) -> Option<Outside> {
         None
     }
     /// What the outside sees.

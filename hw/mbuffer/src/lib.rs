@@ -32,8 +32,8 @@ use config::Config;
 use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
-use pellucid_machine::FragmentIn;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
+use pellucid_machine::{FragmentIn, InConfig};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 use std::marker::PhantomData;
@@ -118,7 +118,7 @@ pub struct Events {
 
 #[rtl(
     name = "mbuffer",
-    input = cfg.screen,
+    input = InConfig { screen: cfg.screen, outside: cfg.chains.port() },
     moore = (),
     check(MBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_mbuffer(true)),
     check(MBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_mbuffer(false))
@@ -174,12 +174,14 @@ impl<A: Allocator> Block for MBuffer<A> {
             arrived_ready: true,
             written: sum.frame_done,
             clear: front.clear,
+            outside: i.outside,
         };
         let chains =
             Chains::<A>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
 
         let to_front = front::In {
-            ports: i,
+            fragment: i.fragment,
+            image_ready: i.image_ready,
             passed_ready: stored.ready,
             stored: chains.stored,
             resolved: chains.done,

@@ -37,8 +37,8 @@ use config::Config;
 use passes::Passes;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Phase, Status};
-use pellucid_machine::FragmentIn;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
+use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
 use queue::Queue;
@@ -156,7 +156,7 @@ pub struct Events {
 
 #[rtl(
     name = "rbuffer",
-    input = cfg.screen,
+    input = InConfig { screen: cfg.screen, outside: outside::Config::NONE },
     moore = (),
     output = *cfg,
     check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
@@ -255,7 +255,8 @@ impl Block for RBuffer {
         };
 
         let to_front = front::In {
-            ports: i,
+            fragment: i.fragment,
+            image_ready: i.image_ready,
             passed_ready: selector_ready,
             stored,
             resolved: blend.frame_done,

@@ -5,6 +5,7 @@ use super::{Out, RBuffer, State};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
+use pellucid_machine::outside;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
@@ -106,6 +107,7 @@ impl Machine for RBuffer {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
+            outside: outside::Wires::default(),
         }
     }
 

@@ -29,8 +29,8 @@ use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
 use pellucid_blocks::sorter::{self, Sorter};
-use pellucid_machine::FragmentIn;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
+use pellucid_machine::{FragmentIn, InConfig};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, WritePort, rtl};
 use std::marker::PhantomData;
@@ -115,7 +115,7 @@ pub struct Events {
 
 #[rtl(
     name = "tbuffer",
-    input = cfg.screen,
+    input = InConfig { screen: cfg.screen, outside: cfg.chains.port() },
     moore = (),
     check(TBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_tbuffer(true)),
     check(TBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_tbuffer(false))
@@ -162,12 +162,14 @@ impl<A: Allocator> Block for TBuffer<A> {
             arrived_ready: sorter.ready,
             written: blend.frame_done,
             clear: front.clear,
+            outside: i.outside,
         };
         let chains =
             Chains::<A>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
 
         let to_front = front::In {
-            ports: i,
+            fragment: i.fragment,
+            image_ready: i.image_ready,
             passed_ready: stored.ready,
             stored: chains.stored,
             resolved: chains.done,

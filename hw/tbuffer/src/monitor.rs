@@ -8,6 +8,7 @@ use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::chains::monitor::{ADDRESS_BYTES, ChainsMonitor, section_bytes};
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
+use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
@@ -75,7 +76,16 @@ impl<A: Allocator> Machine for TBuffer<A> {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: false,
+            outside: out.chains.outside,
         }
+    }
+
+    fn port(cfg: &Config) -> outside::Config {
+        cfg.chains.port()
+    }
+
+    fn outside(cfg: &Config) -> Option<Outside> {
+        cfg.chains.outside_memory().map(|memory| memory.within("chains"))
     }
 
     fn screen(cfg: &Config) -> Screen {

@@ -5,9 +5,10 @@ mod tools;
 use pellucid_blocks::allocator::{self, FreeList};
 use pellucid_blocks::chains::config as chains;
 use pellucid_blocks::chains::scan::Scan;
-use pellucid_blocks::chains::sections::Sections;
+
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::Screen;
+use pellucid_rbuffer::queue::{self, Queue};
 use pellucid_sim::netlist::{Module, Netlist, Register, Type, elaborate};
 use pellucid_tbuffer::config::{Config, PRESETS, Params};
 use pellucid_testbench::area::{Area, measure};
@@ -38,8 +39,8 @@ fn sorter(depth: u32) -> sorter::Config {
     sorter::Config { depth, layer_bits: 8, pixel_bits: SCREEN.pixel_bits() }
 }
 
-fn chains(sections: u32, outside_sections: u32) -> chains::Config {
-    let params = Params { sections, outside_sections, ..(PRESETS[0].params)() };
+fn chains(sections: u32) -> chains::Config {
+    let params = Params { sections, outside_sections: 0, ..(PRESETS[0].params)() };
     Config::new(SCREEN, params).unwrap().chains
 }
 
@@ -52,7 +53,7 @@ fn a_register_is_a_flip_flop_for_each_bit() {
     assert_eq!(counted.parts[0].cells.flip_flops, flip_flops(&netlist));
 
     // Each of the blocks of a hierarchy has its own.
-    let (netlist, counted) = area::<Scan>(&chains(64, 0));
+    let (netlist, counted) = area::<Scan>(&chains(64));
     let children: Vec<u64> = netlist.instances.iter().map(|i| flip_flops(&i.module)).collect();
     let counts: Vec<u64> = counted.parts.iter().map(|part| part.cells.flip_flops).collect();
     assert_eq!(counts[1..], children);
@@ -83,15 +84,16 @@ fn outside_memory_takes_no_area() {
     if !tools::have(&["yosys"]) {
         return;
     }
-    let (_, without) = area::<Sections>(&chains(512, 0));
-    let (_, with) = area::<Sections>(&chains(512, 16384));
+    let queue = |outside| queue::Config { on_chip: 512, outside, latency: 9, screen: SCREEN };
+    let (_, without) = area::<Queue>(&queue(0));
+    let (_, with) = area::<Queue>(&queue(16384));
     let [without, with] = [without, with].map(|area| (area.parts[0].cells, area.outside));
     assert_eq!(with.0.half_rams, without.0.half_rams);
-    // Three fragments a section, of 24 bits of depth and 32 of colour.
-    assert_eq!([with.0.memory_bits, without.0.memory_bits], [512 * 3 * 56; 2]);
+    // A pixel's number of 12 bits, 24 bits of depth and 32 of colour.
+    assert_eq!([with.0.memory_bits, without.0.memory_bits], [512 * 68; 2]);
     let outside: Vec<_> =
         with.1.iter().map(|m| (m.path.as_str(), m.words, m.bits_per_word)).collect();
-    assert_eq!(outside, [("outside", 16384 * 3, 56)]);
+    assert_eq!(outside, [("outside", 16384, 68)]);
 }
 
 #[test]

@@ -91,6 +91,7 @@ pub struct Config {
 
 impl Config {
     /// Bits of a section number.
+    #[inline]
     pub fn id_bits(&self) -> u32 {
         bits_for(u64::from(self.sections.max(1) - 1))
     }

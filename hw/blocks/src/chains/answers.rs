@@ -67,12 +67,14 @@ pub struct Words {
 
 type Queue = Fifo<Word>;
 
+#[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: cfg.shape.reads_in_flight, item: *cfg }
 }
 
 impl Config {
     /// Whether there are sections on chip and outside.
+    #[inline]
     pub fn mixes(&self) -> bool {
         self.shape.outside > 0 && self.first_outside() > 0
     }

@@ -1,8 +1,11 @@
 //! What the chains of sections are made of.
 
 use super::release;
+use super::tables::Word;
 use crate::allocator::{self, AllocatorKind, Choice};
+use pellucid_machine::Outside;
 use pellucid_machine::choice;
+use pellucid_machine::outside;
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{bits_for, check_range};
 
@@ -94,14 +97,17 @@ impl Config {
     }
 
     /// Bits of a section number, NULL included.
+    #[inline]
     pub fn id_bits(&self) -> u32 {
         bits_for(u64::from(self.null))
     }
     /// Bits of how full a section is, 0..=capacity.
+    #[inline]
     pub fn fill_bits(&self) -> u32 {
         bits_for(u64::from(self.shape.capacity))
     }
     /// Bits of a fragment's place in a section.
+    #[inline]
     pub fn slot_bits(&self) -> u32 {
         bits_for(u64::from(self.shape.capacity - 1))
     }
@@ -111,31 +117,52 @@ impl Config {
         bits_for(free * u64::from(self.shape.capacity))
     }
     /// All section numbers, NULL included, as the ports of an allocator have them.
+    #[inline]
     pub fn section_numbers(&self) -> allocator::Config {
         allocator::Config { sections: self.null + 1 }
     }
     /// The allocator of the sections on chip.
+    #[inline]
     pub fn on_chip<C: From<Choice>>(&self) -> C {
         self.choice(self.shape.on_chip)
     }
     /// The allocator of the sections outside.
+    #[inline]
     pub fn outside<C: From<Choice>>(&self) -> C {
         self.choice(self.shape.outside)
     }
+    #[inline]
     fn choice<C: From<Choice>>(&self, sections: u32) -> C {
         let numbers = allocator::Config { sections };
         Choice { kind: self.shape.allocator, numbers }.into()
     }
     /// Whether the weights are kept in memory, so that each fragment that comes is compared with those of its pixel.
+    #[inline]
     pub fn weighs(&self) -> bool {
         self.shape.weight_bits > 0
     }
     /// Whether the NSA table lends the entries of free sections to the allocator, and has a second port for
     /// that: an allocator of one's own that asks for them is built with [`AllocatorKind::Threaded`].
+    #[inline]
     pub fn lends(&self) -> bool {
         self.shape.allocator == AllocatorKind::Threaded
     }
+    /// The port to the sections outside, a fragment a word.
+    #[inline]
+    pub fn port(&self) -> outside::Config {
+        let words = self.shape.outside * self.shape.capacity;
+        if words == 0 {
+            return outside::Config::NONE;
+        }
+        outside::Config { words, bits: Word::bits(self) }
+    }
+    /// The memory behind it.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let latency = self.shape.outside_latency;
+        self.port().exists().then(|| Outside { path: "sections.outside".to_string(), latency })
+    }
     /// The first section outside.
+    #[inline]
     pub fn first_outside(&self) -> u32 {
         self.owned + self.shape.on_chip
     }

@@ -97,7 +97,7 @@ pub struct Mem {
 
 type Queue = Fifo<Marked<u32>>;
 
-#[inline]
+#[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<u32> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen.pixel_bits() }
 }

@@ -34,10 +34,12 @@ pub mod walk;
 pub mod weigh;
 
 use crate::allocator::{self, Allocator};
+use answers::Words;
 use config::Config;
 use lookup::Chain;
 use nsa::Nsa;
 use occupancy::Occupancy;
+use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, rtl};
@@ -47,6 +49,7 @@ use sections::Sections;
 use ssa::Ssa;
 use std::marker::PhantomData;
 use store::Store;
+use tables::unpacked;
 
 /// The chains, with allocator `A`.
 pub struct Chains<A>(PhantomData<A>);
@@ -58,6 +61,10 @@ pub struct State<A: Allocator> {
     #[with(*cfg)]
     #[block(Store)]
     pub store: store::State,
+    /// See [`sections`].
+    #[with(*cfg)]
+    #[block(Sections)]
+    pub sections: sections::State,
     /// See [`pool`].
     #[with(*cfg)]
     #[block(Pool<A>)]
@@ -116,6 +123,10 @@ pub struct In {
     /// A number: what every pixel, or word of the bitmap, of that number has is cleared.
     #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
+    /// What the memory of the sections outside shows.
+    #[with(cfg.port())]
+    #[exists(cfg.port().exists())]
+    pub outside: outside::In,
 }
 
 /// Outputs of registers.
@@ -161,6 +172,10 @@ pub struct Wires {
     /// Fragments that were read back.
     #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Handshake<Marked<Arrived>>,
+    /// The port to the sections outside.
+    #[with(cfg.port())]
+    #[exists(cfg.port().exists())]
+    pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
 }
@@ -225,7 +240,12 @@ impl<A: Allocator> Block for Chains<A> {
         if cfg.shape.bitmap {
             occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
         }
-        let words = Sections::moore(cfg, &(), &m.sections);
+        let sections = Sections::moore(cfg, &q.sections, &m.sections);
+        let response = i.outside.response;
+        let words = Words {
+            on_chip: sections.on_chip,
+            outside: Read { valid: response.valid, data: unpacked(response.payload) },
+        };
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
 
@@ -237,6 +257,7 @@ impl<A: Allocator> Block for Chains<A> {
                 word: answers::only(words),
                 grant: pool.grant,
                 exhausted: pool.exhausted,
+                outside_ready: sections.ready,
             };
             Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store)
         } else {
@@ -253,6 +274,7 @@ impl<A: Allocator> Block for Chains<A> {
                 words,
                 depth: i.depth,
                 arrived_ready: i.arrived_ready,
+                outside_ready: sections.ready,
             };
             ReadBack::next(cfg, &q.read_back, &mut d.read_back, &mut m.read_back, to_read_back)
         } else {
@@ -287,8 +309,10 @@ impl<A: Allocator> Block for Chains<A> {
             write: if store.stored_write.valid { store.stored_write } else { store.place },
             word: if store.stored_write.valid { store.stored_word } else { store.word },
             read: if store.stored_read.valid { store.stored_read } else { back.read },
+            taken: i.outside.ready,
         };
-        Sections::next(cfg, &(), &mut (), &mut m.sections, to_sections);
+        let request =
+            Sections::next(cfg, &q.sections, &mut d.sections, &mut m.sections, to_sections).request;
         let to_pool =
             allocator::In { take: store.take, release: back.release, word: nsa.data.next };
         let lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
@@ -305,6 +329,11 @@ impl<A: Allocator> Block for Chains<A> {
                 pixel: back.pixel,
                 chain: back.chain,
                 arrived: read.arrived.with(i.arrived_ready),
+                // What was asked for always finds room.
+                outside: outside::Wires {
+                    request: request.with(i.outside.ready),
+                    response: response.with(true),
+                },
                 events: Events {
                     stored: store.place.valid,
                     spilled: store.place.valid && cfg.is_outside(store.place.payload.section),

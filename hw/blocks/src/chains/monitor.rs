@@ -4,6 +4,7 @@ use super::config::{Config, Shape};
 use super::lookup::Chain;
 use super::{State, Wires};
 use crate::allocator::Allocator;
+use pellucid_machine::outside::Request;
 use pellucid_machine::pixel::{Arrived, Marked};
 use pellucid_machine::{Census, Check, Memories, Seen, Tally, seen};
 use pellucid_sim::signals::state_name;
@@ -75,6 +76,7 @@ pub struct ChainsMonitor {
     pixel: StreamMonitor<Marked<u32>>,
     chain: StreamMonitor<Marked<Chain>>,
     arrived: StreamMonitor<Marked<Arrived>>,
+    request: StreamMonitor<Request>,
 }
 
 impl ChainsMonitor {
@@ -92,6 +94,7 @@ impl ChainsMonitor {
             pixel: StreamMonitor::new("pixel", "scan", "lookup"),
             chain: StreamMonitor::new("chain", "lookup", "reader"),
             arrived: StreamMonitor::new("arrived", "reader", receiver),
+            request: StreamMonitor::new("request", "sections", "outside"),
         }
     }
 
@@ -103,6 +106,7 @@ impl ChainsMonitor {
     pub fn observe_store(&mut self, wires: &Wires) -> Result<(), Violation> {
         // The read-back is clocked from the last cycle of the store on.
         self.pixel.observe(wires.pixel)?;
+        self.request.observe(wires.outside.request)?;
         let e = &wires.events;
         self.stored += u64::from(e.stored);
         self.spilled += u64::from(e.spilled);
@@ -133,6 +137,7 @@ impl ChainsMonitor {
         self.chain.observe(wires.chain)?;
         self.arrived.observe(wires.arrived)?;
         self.release.observe(wires.release)?;
+        self.request.observe(wires.outside.request)?;
         let (e, own) = (&wires.events, &mut self.own);
         own.chains_read += u64::from(e.chain_begun);
         own.fragments_read += u64::from(e.read && !e.read_again);
@@ -146,8 +151,14 @@ impl ChainsMonitor {
     }
 
     /// The streams between the blocks.
-    pub fn streams(&self) -> [Seen; 4] {
-        [seen(&self.release), seen(&self.pixel), seen(&self.chain), seen(&self.arrived)]
+    pub fn streams(&self) -> [Seen; 5] {
+        [
+            seen(&self.release),
+            seen(&self.pixel),
+            seen(&self.chain),
+            seen(&self.arrived),
+            seen(&self.request),
+        ]
     }
 
     /// What was counted.
@@ -209,7 +220,9 @@ impl ChainsMonitor {
         memories.set_peak("chains.nsa.table", entries);
         memories.set_peak("chains.nsa.lent", entries);
         memories.set_peak("chains.sections.on_chip", peak.words);
-        memories.set_peak("chains.sections.outside", peak.outside_words);
+        if cfg.port().exists() {
+            memories.set_peak("chains.sections.outside", peak.outside_words);
+        }
     }
 }
 

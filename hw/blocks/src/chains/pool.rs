@@ -47,6 +47,7 @@ pub struct Mem<A: Allocator> {
 }
 
 /// What is seen of an allocator that has no sections, and is not there.
+#[inline(always)]
 fn none() -> Moore {
     Moore { grant: Stream::idle(), exhausted: true }
 }

@@ -85,6 +85,8 @@ pub struct In {
     pub depth: Read<u32>,
     /// The receiver takes a fragment.
     pub arrived_ready: bool,
+    /// Sections outside may be asked for.
+    pub outside_ready: bool,
 }
 
 /// Outputs of registers.
@@ -180,6 +182,7 @@ impl Block for ReadBack {
             words: i.words,
             arrived_ready: i.arrived_ready,
             release_ready: release.ready,
+            outside_ready: i.outside_ready,
         };
         let reader = ChainReader::next(cfg, &q.reader, &mut d.reader, &mut m.reader, to_reader);
         let to_release = reader.release;

@@ -117,6 +117,8 @@ pub struct In {
     pub arrived_ready: bool,
     /// The release queue has room.
     pub release_ready: bool,
+    /// Sections outside may be asked for.
+    pub outside_ready: bool,
 }
 
 /// Outputs of registers.
@@ -166,12 +168,15 @@ type Chains = Fifo<Marked<Chain>>;
 type Pendings = Fifo<Pending>;
 type Arrivals = Fifo<Marked<Arrived>>;
 
+#[inline(always)]
 fn chains(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: CHAINS, item: *cfg }
 }
+#[inline(always)]
 fn pendings(cfg: &Config) -> fifo::Config<Config> {
     fifo::Config { depth: cfg.shape.reads_in_flight, item: *cfg }
 }
+#[inline(always)]
 fn arrivals(cfg: &Config) -> fifo::Config<(u32, u32)> {
     let item = (cfg.screen.pixel_bits(), cfg.shape.weight_bits);
     fifo::Config { depth: cfg.shape.reads_in_flight, item }
@@ -311,7 +316,8 @@ impl Block for ChainReader {
             Fsm::Read => {
                 // The place at hand is asked for if its answer will find room.
                 let room = pending.count + waiting < cfg.shape.reads_in_flight;
-                if room && i.release_ready {
+                let outside = cfg.is_outside(q.place.section);
+                if room && i.release_ready && (i.outside_ready || !outside) {
                     let more_here = q.place.slot + 1 < fill;
                     let last = !more_here && next == cfg.null;
                     let shallow = once || q.position < depth;
@@ -321,7 +327,7 @@ impl Block for ChainReader {
                         pixel: q.chain.pixel,
                         depth: q.chain.depth,
                         last,
-                        outside: cfg.is_outside(q.place.section),
+                        outside,
                     });
                     d.position = q.position + 1;
                     if !more_here && !q.again && shallow && q.place.section >= cfg.owned {

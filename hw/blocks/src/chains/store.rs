@@ -82,6 +82,8 @@ pub struct In {
     pub grant: Stream<u32>,
     /// No section is free.
     pub exhausted: bool,
+    /// Sections outside may be asked for.
+    pub outside_ready: bool,
 }
 
 /// Outputs of registers.
@@ -146,6 +148,7 @@ pub struct Mem {
 
 type Queue = Fifo<Marked<PixelFragment>>;
 
+#[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<pellucid_machine::pixel::Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
 }
@@ -243,12 +246,15 @@ impl Block for Store {
         }
         o.word = Word { z, rgba, weight, label };
         o.waits = needs && !i.grant.valid && !i.exhausted && !weighing;
-        o.take = needs && i.grant.valid && !weighing;
+        // What goes outside waits for the port.
+        let to_new = i.outside_ready || !cfg.is_outside(i.grant.payload);
+        let to_slot = i.outside_ready || !cfg.is_outside(slot.payload.section);
+        o.take = needs && i.grant.valid && !weighing && to_new;
         o.first = owns || (needs_first && o.take);
         let mut linking = false;
 
         // The fragment goes to its place, and the tables learn of it.
-        if slot.valid && !weighing {
+        if slot.valid && !weighing && to_slot {
             o.place = slot;
             let fill = slot.payload.slot + 1;
             if cfg.shape.tail {
@@ -286,6 +292,7 @@ impl Block for Store {
                 nsa: i.nsa,
                 word: i.word,
                 taken: o.place.valid,
+                outside_ready: i.outside_ready,
             };
             let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut (), to_weigh);
             o.stored_read = weigh.read;

@@ -1,6 +1,7 @@
 //! The tables of the chains: what a word of each holds.
 
 use super::config::Config;
+use pellucid_machine::outside;
 use pellucid_machine::pixel::Z_BITS;
 use pellucid_sim::{Label, Signals, rtl};
 
@@ -46,6 +47,8 @@ pub struct NsaEntry {
     pub fill: u32,
 }
 
+const RGBA_BITS: u32 = 32;
+
 /// A fragment as a section holds it; its pixel is known from the chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 pub struct Word {
@@ -53,13 +56,41 @@ pub struct Word {
     #[width(Z_BITS)]
     pub z: u32,
     /// Colour, `0xRRGGBBAA`.
-    #[width(32)]
+    #[width(RGBA_BITS)]
     pub rgba: u32,
     /// Its weight among the fragments of its pixel so far, where weights are kept in memory.
     #[width(cfg.shape.weight_bits)]
     pub weight: u32,
     /// Which fragment it is, in waveforms.
     pub label: Label,
+}
+
+/// A fragment as a word of outside memory: its depth lowest, then its colour, then its weight.
+#[inline(always)]
+#[rtl]
+pub fn packed(word: Word) -> outside::Word {
+    let (z, rgba, weight) = (u64::from(word.z), u64::from(word.rgba), u64::from(word.weight));
+    outside::Word { low: weight << 56 | rgba << 24 | z, high: weight >> 8, label: word.label }
+}
+
+/// The fragment that a word of outside memory holds.
+#[inline(always)]
+#[rtl]
+pub fn unpacked(word: outside::Word) -> Word {
+    Word {
+        z: (word.low & 0xff_ffff) as u32,
+        rgba: (word.low >> 24 & 0xffff_ffff) as u32,
+        weight: (word.low >> 56 | word.high << 8) as u32,
+        label: word.label,
+    }
+}
+
+impl Word {
+    /// All bits of it.
+    #[inline]
+    pub fn bits(cfg: &Config) -> u32 {
+        Z_BITS + RGBA_BITS + cfg.shape.weight_bits
+    }
 }
 
 /// A place in a section.
@@ -71,4 +102,35 @@ pub struct Place {
     /// The slot in it.
     #[width(cfg.slot_bits())]
     pub slot: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{small, small_owned};
+    use pellucid_sim::width_of;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_fragment_has_as_many_bits_in_outside_memory() {
+        for cfg in [small(true), small_owned(true)] {
+            assert_eq!(Word::bits(&cfg), width_of::<Word>(&cfg));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_fragment_comes_back_from_outside_as_it_was(
+            z in 0u32..1 << Z_BITS,
+            rgba: u32,
+            weight in 0u32..1 << 24,
+            in_memory: bool,
+        ) {
+            let label = Label::new(3, 4, 5);
+            let word = Word { z, rgba, weight: if in_memory { weight } else { 0 }, label };
+            let outside = packed(word);
+            prop_assert_eq!(unpacked(outside), word);
+            prop_assert!(outside.check(&small_owned(in_memory).port()).is_ok(), "{:?}", outside);
+        }
+    }
 }

@@ -66,6 +66,8 @@ pub struct In {
     pub word: Read<Word>,
     /// The fragment goes to its place.
     pub taken: bool,
+    /// Sections outside may be asked for.
+    pub outside_ready: bool,
 }
 
 /// Outputs of registers.
@@ -157,7 +159,9 @@ impl Block for Weigh {
                 }
             }
         }
-        if ask {
+        if ask && !i.outside_ready && cfg.is_outside(d.place.section) {
+            d.fsm = Fsm::Ask;
+        } else if ask {
             o.read = Stream::offer(d.place);
             d.fsm = Fsm::Wait;
             // What follows its section is looked up with a section's first fragment.

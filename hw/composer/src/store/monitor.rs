@@ -4,7 +4,7 @@ use super::{Config, FragmentStore, Out, State, Store};
 use crate::monitor::{above, below, seen_from};
 use crate::transparency::{Transparency, Watch};
 use pellucid_machine::primitive::pixels;
-use pellucid_machine::{Arithmetic, Census, Check, Memories, Monitor, Tally};
+use pellucid_machine::{Arithmetic, Census, Check, Memories, Monitor, Outside, Tally, outside};
 use pellucid_sim::{Figures, Handshake, StorageInfo, Violation, Wait};
 
 pellucid_sim::counters! {
@@ -38,6 +38,19 @@ fn here(block: &'static str) -> &'static str {
 impl<M: FragmentStore> Transparency for Store<M> {
     type Monitor = StoreMonitor<M>;
     const ARITHMETIC: Arithmetic = M::ARITHMETIC;
+
+    fn port(cfg: &Config<M::Config>) -> outside::Config {
+        M::port(&cfg.store)
+    }
+
+    fn outside(cfg: &Config<M::Config>) -> Option<Outside> {
+        M::outside(&cfg.store).map(|memory| memory.within("store"))
+    }
+
+    #[inline(always)]
+    fn wires(out: &Out<M>) -> outside::Wires {
+        M::ports(&out.store).outside
+    }
 
     fn closed_forms(cfg: &Config<M::Config>, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         M::closed_forms(&cfg.store, &seen_from(STORE, tally), frames)

@@ -1,6 +1,7 @@
 use super::*;
 use crate::merging_unit::Opaque;
 use crate::test_util::{Clocked, point, rbuffer_store, screen};
+use pellucid_machine::outside;
 use pellucid_rbuffer::RBuffer;
 
 /// What went into the store, with the cycle counted from the first merged pixel, and what was lost.
@@ -31,6 +32,7 @@ fn frame_with(
         line_merged: false,
         image_ready: true,
         clear: Stream::idle(),
+        outside: outside::In::default(),
     };
     while !sim.moore().merged_ready {
         sim.clock(nothing).unwrap();

@@ -2,6 +2,7 @@
 //! from the one before is handed on as a vector of bits, through a buffered writer.
 
 use crate::{Frame, Machine, Played, checksum};
+use pellucid_machine::board::Board;
 use pellucid_machine::pixel::Marked;
 use pellucid_machine::{FragmentIn, Machine as _};
 use pellucid_sim::block::Cycle;
@@ -82,7 +83,7 @@ impl Dump {
 
 /// Plays the frame once; where `wave` is given, every cycle is written to it.
 pub fn play(frame: &Frame, wave: Option<&Path>) -> Played {
-    let mut sim = Sim::<Machine>::new(Config::new(frame.screen, Params::default()).unwrap());
+    let mut sim = Sim::<Board<Machine>>::new(Config::new(frame.screen, Params::default()).unwrap());
     let mut pixels = Vec::with_capacity(frame.screen.pixels() as usize);
     let start = Instant::now();
     let mut dump = wave.map(|path| Dump::new(path, sim.config()));
@@ -92,7 +93,8 @@ pub fn play(frame: &Frame, wave: Option<&Path>) -> Played {
     while pixels.len() < frame.screen.pixels() as usize {
         let at = sim.cycle();
         let fragment = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
-        let cycle = sim.clock(FragmentIn { fragment, image_ready: true }).unwrap();
+        let outside = sim.memories().outside();
+        let cycle = sim.clock(FragmentIn { fragment, image_ready: true, outside }).unwrap();
         let ports = Machine::ports(&cycle.out);
         if fragment.valid && ports.item_ready {
             items.next();

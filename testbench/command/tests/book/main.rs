@@ -29,6 +29,8 @@ fn what_pages_quote_from_the_sources_is_there() {
         let diagram = documented(&format!("hw/{}/src/lib.rs", arch.name), "```text\n");
         holds(&format!("{}.md", arch.name), "diagram", &format!("```text\n{diagram}\n```\n"));
     }
+    let diagram = documented("hw/machine/src/outside.rs", "```text\n");
+    holds("outside.md", "outside", &format!("```text\n{diagram}\n```\n"));
     for (file, part) in [("mod", "chains"), ("read_back", "read-back")] {
         let diagram = documented(&format!("hw/blocks/src/chains/{file}.rs"), "```text\n");
         holds("tbuffer.md", part, &format!("```text\n{diagram}\n```\n"));

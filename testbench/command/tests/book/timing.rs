@@ -7,8 +7,8 @@
 use pellucid_blocks::allocator::FreeList;
 use pellucid_blocks::chains::config::Scan;
 use pellucid_blocks::front::Phase;
-use pellucid_machine::FragmentIn;
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
+use pellucid_machine::{FragmentIn, outside};
 use pellucid_sim::block::Cycle;
 use pellucid_sim::{Handshake, Label, Memory, Sim, Stream, state_name};
 use pellucid_tbuffer::TBuffer;
@@ -61,7 +61,9 @@ pub fn run(append: Append, scan: Scan) -> Timing {
     let mut before = traffic(&mut sim);
     while shown < SCREEN.pixels() {
         let fragment = items.get(sent).map_or(Stream::idle(), |item| Stream::offer(*item));
-        let cycle = sim.clock(FragmentIn { fragment, image_ready: true }).unwrap();
+        // All sections are on chip.
+        let outside = outside::In::default();
+        let cycle = sim.clock(FragmentIn { fragment, image_ready: true, outside }).unwrap();
         sent += usize::from(cycle.out.fragment.fires());
         shown += u32::from(cycle.out.image.fires());
         let phase = cycle.out.phase;

@@ -166,6 +166,30 @@ fn faults_are_seen(way: Way, faults: &[(&str, &str, &str)]) {
     }
 }
 
+/// The memory that comes with an export does as that of the run, with which it is compared.
+#[test]
+fn a_fault_in_the_text_of_the_outside_memory_is_seen() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    let (arch, way) = first("tbuffer");
+    let folder = export(&options(arch, &[arch.tight, way]), &SMALL);
+    passes(folder.path(), &icarus(folder.path()));
+    let path = folder.path().join("outside_memory.v");
+    let good = std::fs::read_to_string(&path).unwrap();
+    for (right, wrong) in [
+        ("now_q + LATENCY", "now_q + LATENCY + 1"),
+        ("words[request_address_i] <= request_word_i", "words[request_address_i] <= 0"),
+        ("count_q <= LATENCY", "count_q < LATENCY"),
+    ] {
+        assert!(good.contains(right), "no `{right}`:\n{good}");
+        std::fs::write(&path, good.replacen(right, wrong, 1)).unwrap();
+        let run = icarus(folder.path());
+        assert!(text(&run).contains("the outside memory answers otherwise"), "{}", text(&run));
+        assert!(!run.status.success(), "the run must fail");
+    }
+}
+
 /// One operator each, in blocks of every kind.
 #[test]
 fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
@@ -174,6 +198,7 @@ fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
         paper,
         &[
             ("blender.v", "8'd255 - ", "8'd254 - "),
+            ("answers.v", "oldest_valid_i && ", "oldest_valid_i || "),
             ("chain_reader.v", "position_q + ", "position_q - "),
             ("sequencer.v", " + ", " - "),
             ("depth_test.v", " < depth_data_i", " > depth_data_i"),
@@ -183,6 +208,7 @@ fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
             ("ram_1r1w.v", "write_addr_i == read_addr_i", "write_addr_i != read_addr_i"),
             ("release_queue.v", " + ", " - "),
             ("scan.v", "next_q + ", "next_q - "),
+            ("skid.v", "!taken_i", "taken_i"),
             ("sorter.v", " < arrived_payload_item_z_i))", " > arrived_payload_item_z_i))"),
             ("store.v", "nsa_data_next_i == ", "nsa_data_next_i != "),
         ],

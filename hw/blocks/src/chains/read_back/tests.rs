@@ -80,6 +80,7 @@ impl Bench {
                 words: self.stored.words.answers(cycle),
                 depth: self.depth.q(),
                 arrived_ready: arrived.ready,
+                outside_ready: true,
             };
             let out = self.sim.clock(i).unwrap().out;
             let scan::Out { summary_read, summary_clear, word_read, word_clear } = out.scan;

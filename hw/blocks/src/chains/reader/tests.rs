@@ -24,12 +24,18 @@ struct Timing {
     starts: Pattern,
     arrived_ready: Pattern,
     release_pop: Pattern,
+    outside_ready: Pattern,
 }
 
 impl Timing {
     fn free_running() -> Timing {
         let always = Pattern::always;
-        Timing { starts: always(), arrived_ready: always(), release_pop: always() }
+        Timing {
+            starts: always(),
+            arrived_ready: always(),
+            release_pop: always(),
+            outside_ready: always(),
+        }
     }
 }
 
@@ -83,6 +89,7 @@ impl Bench {
                 words,
                 arrived_ready: arrived.ready,
                 release_ready,
+                outside_ready: timing.outside_ready.at(cycle),
             };
             source.edge(moore.ready);
             let out = self.sim.clock(i).unwrap().out;
@@ -91,6 +98,7 @@ impl Bench {
 
             if out.read.valid {
                 let section = out.read.payload.section;
+                assert!(i.outside_ready || !cfg.is_outside(section), "the port takes nothing");
                 self.stored.words.ask(cycle, out.read.payload);
                 assert!(
                     !let_go.contains(&section),
@@ -209,11 +217,14 @@ fn pixel() -> impl Strategy<Value = Pixel> {
 }
 
 fn timing() -> impl Strategy<Value = Timing> {
-    (pattern(), pattern(), pattern()).prop_map(|(starts, arrived_ready, release_pop)| Timing {
-        starts,
-        arrived_ready,
-        release_pop,
-    })
+    (pattern(), pattern(), pattern(), pattern()).prop_map(
+        |(starts, arrived_ready, release_pop, outside_ready)| Timing {
+            starts,
+            arrived_ready,
+            release_pop,
+            outside_ready,
+        },
+    )
 }
 
 proptest! {

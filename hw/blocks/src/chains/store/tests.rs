@@ -10,7 +10,8 @@ const SECTIONS: u32 = 40;
 const SCREEN: (u32, u32) = (10, 7);
 
 fn config(tail: bool, capacity: u32) -> Config {
-    let shape = Shape { on_chip: SECTIONS, outside: 0, capacity, tail, ..shape() };
+    let half = SECTIONS / 2;
+    let shape = Shape { on_chip: half, outside: half, capacity, tail, ..shape() };
     Config::new(screen(SCREEN.0, SCREEN.1), shape)
 }
 
@@ -24,6 +25,8 @@ struct Bench {
     occupied: BTreeSet<u32>,
     sections: BTreeMap<(u32, u32), Word>,
     free: VecDeque<u32>,
+    /// When sections outside may be asked for.
+    port: Pattern,
 }
 
 /// What a frame came to, cycle by cycle.
@@ -52,6 +55,7 @@ impl Bench {
             occupied: BTreeSet::new(),
             sections: BTreeMap::new(),
             free: free.iter().copied().collect(),
+            port: Pattern::always(),
             sim: Sim::new(cfg),
         }
     }
@@ -78,6 +82,7 @@ impl Bench {
                 word: Read::default(),
                 grant,
                 exhausted: self.free.is_empty(),
+                outside_ready: self.port.at(cycle),
             };
             source.edge(self.sim.moore().ready);
             let out = self.sim.clock(i).unwrap().out;
@@ -96,6 +101,7 @@ impl Bench {
             }
             if out.place.valid {
                 let Place { section, slot } = out.place.payload;
+                assert!(i.outside_ready || section < SECTIONS / 2, "the port takes nothing");
                 let before = self.sections.insert((section, slot), out.word);
                 assert_eq!(before, None, "slot {slot} of section {section} was written twice");
                 seen.placed.push(cycle);
@@ -242,12 +248,14 @@ proptest! {
         pixels in proptest::collection::vec(prop_oneof![0u32..3, 60u32..70], 0..80),
         starts in pattern(),
         grants in pattern(),
+        port in pattern(),
     ) {
         let words = (0..).map(|k| Word { z: k, rgba: k + 1000, ..Word::default() });
         let fragments: Vec<(u32, Word)> = pixels.into_iter().zip(words).collect();
         let (chains, dropped) = reference(&fragments, capacity, sections);
         let cfg = config(!walk, capacity);
         let mut bench = Bench::new(cfg, &free[..sections]);
+        bench.port = port;
         // In two frames, of which the second finds the tables as the first left them.
         let (early, late) = fragments.split_at(fragments.len() / 3);
         let mut seen = bench.store(early, starts.clone(), &grants);

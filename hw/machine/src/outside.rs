@@ -1,0 +1,113 @@
+//! The port to memory outside of the chip.
+//!
+//! ```text
+//!            +---------+ request (Stream)  +---------+
+//!            |         |------------------>| outside |
+//!            | machine |<------------------| memory  |
+//!            +---------+ response (Stream) +---------+
+//! ```
+//! A request reads or writes one word; both streams keep the rules of [`pellucid_sim::stream`]. Requests are carried out in
+//! their order, so that a read gives what was written before it. Reads are answered in their order, each after any time of
+//! a cycle or more; a write has no answer. [`board`](crate::board) has the memory.
+
+use pellucid_sim::{Handshake, Label, Signals, Stream, bits_for};
+
+/// A machine's port: what its widths depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// Words that can be addressed; with 0 there is no port.
+    pub words: u32,
+    /// Bits of a word, 1 to 128.
+    pub bits: u32,
+}
+
+impl Config {
+    /// No port.
+    pub const NONE: Config = Config { words: 0, bits: 0 };
+    /// Whether there is a port.
+    #[inline]
+    pub fn exists(&self) -> bool {
+        self.words > 0
+    }
+    /// Bits of an address.
+    #[inline]
+    pub fn address_bits(&self) -> u32 {
+        bits_for(u64::from(self.words.max(1) - 1))
+    }
+    #[inline]
+    fn low_bits(&self) -> u32 {
+        self.bits.min(u64::BITS)
+    }
+    #[inline]
+    fn high_bits(&self) -> u32 {
+        self.bits - self.low_bits()
+    }
+}
+
+/// A word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Config)]
+pub struct Word {
+    /// Its lower 64 bits.
+    #[width(cfg.low_bits())]
+    pub low: u64,
+    /// The others.
+    #[width(cfg.high_bits())]
+    pub high: u64,
+    /// Which item it holds, in waveforms.
+    pub label: Label,
+}
+
+/// What a machine asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Config)]
+pub struct Request {
+    /// A word is written; else one is read.
+    pub write: bool,
+    /// Which one.
+    #[width(cfg.address_bits())]
+    pub address: u32,
+    /// What is written.
+    #[with(*cfg)]
+    pub word: Word,
+}
+
+/// What the memory drives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Config)]
+pub struct In {
+    /// A request is taken.
+    pub ready: bool,
+    /// The words that were read.
+    #[with(*cfg)]
+    pub response: Stream<Word>,
+}
+
+/// All wires of the port in one cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Config)]
+pub struct Wires {
+    /// What the machine asks for.
+    #[with(*cfg)]
+    pub request: Handshake<Request>,
+    /// The words that were read.
+    #[with(*cfg)]
+    pub response: Handshake<Word>,
+}
+
+/// What is behind a machine's port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outside {
+    /// The path under which its traffic is counted, as if it were one of the machine's own memories.
+    pub path: String,
+    /// Cycles from a read request to its word, at least 1, where nothing else is said of the memory.
+    pub latency: u32,
+}
+
+impl Outside {
+    /// The same memory, of a machine that is the part `part` of another one.
+    #[must_use]
+    pub fn within(self, part: &str) -> Outside {
+        Outside { path: format!("{part}.{}", self.path), ..self }
+    }
+}
