@@ -11,7 +11,7 @@ pub mod export;
 pub mod golden;
 pub mod image;
 pub mod output;
-mod outside;
+pub mod outside;
 mod ports;
 pub mod progress;
 pub mod recorder;

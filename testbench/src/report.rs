@@ -167,6 +167,14 @@ impl Report {
         add("image", "max_error", n(image.max_error.into()), "levels", about);
         let about = "The largest difference that the architecture's arithmetic allows, 0 to 255.";
         add("image", "error_bound", n(verdict.error_bound.into()), "levels", about);
+        for f in &tally.outside {
+            add("outside", f.name, n(f.value), f.unit, f.about);
+        }
+        let of = |name| tally.outside.iter().find(|f| f.name == name).map(|f| f.value);
+        if let (Some(busy), Some(all)) = (of("busy_bus_clocks"), of("bus_clocks")) {
+            let about = "The share of the memory's peak bandwidth that was used.";
+            add("outside", "bandwidth_used", rate(busy, all), "of the peak", about);
+        }
         for f in &tally.own {
             add(arch, f.name, n(f.value), f.unit, f.about);
         }
@@ -368,6 +376,7 @@ pub fn config_json(config: &[(String, Value)]) -> Json {
         let value = match value {
             Value::Number(n) => json!(n),
             Value::Choice(c) => json!(c),
+            Value::Text(text) => json!(text),
         };
         (name.to_string(), value)
     };

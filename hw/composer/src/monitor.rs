@@ -225,6 +225,7 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: around.tallies(),
             own: own.figures(),
+            outside: vec![],
             ..behind.clone()
         };
         tally.streams.extend(behind.streams);

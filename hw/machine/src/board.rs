@@ -4,7 +4,7 @@
 
 use crate::machine::Machine;
 use crate::outside::{self, In, Outside, Wires, Word};
-use pellucid_sim::{Block, Memory, Ram1RW, Storage, Stream};
+use pellucid_sim::{Block, Figure, Memory, Ram1RW, Storage, Stream};
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 
@@ -20,6 +20,12 @@ pub trait Timing {
     fn cycle(&mut self, asked: Option<Asked>, answered: bool);
     /// Forgets all that is under way.
     fn reset(&mut self);
+    /// What it has counted.
+    fn figures(&self) -> Vec<Figure> {
+        vec![]
+    }
+    /// Counts from here on.
+    fn count_anew(&mut self) {}
 }
 
 /// A request as far as its time depends on it.
@@ -177,6 +183,16 @@ impl<M: Machine> Memories<M> {
     #[inline(always)]
     pub fn outside(&self) -> In {
         self.outside.as_ref().map_or(In::default(), |memory| memory.shows)
+    }
+    /// What the outside memory's timing has counted.
+    pub fn figures(&self) -> Vec<Figure> {
+        self.outside.as_ref().map_or(vec![], |memory| memory.timing.figures())
+    }
+    /// Counts that from here on.
+    pub fn count_anew(&mut self) {
+        if let Some(memory) = &mut self.outside {
+            memory.timing.count_anew();
+        }
     }
     /// Another timing for the outside memory, at power-up.
     pub fn set_timing(&mut self, timing: Box<dyn Timing>) {

@@ -269,11 +269,13 @@ impl<M: Machine> Dut for Clocked<M> {
         self.sim.memories().visit("", &mut |path, storage| {
             memories.push((path.to_string(), storage.info()));
         });
-        self.monitor.tally(self.sim.config(), &memories)
+        let outside = self.sim.memories().figures();
+        Tally { outside, ..self.monitor.tally(self.sim.config(), &memories) }
     }
 
     fn count_anew(&mut self) {
         self.sim.memories().each(&mut |storage| storage.count_anew());
+        self.sim.memories().count_anew();
         self.monitor = M::Monitor::new(self.sim.config());
     }
 

@@ -25,6 +25,8 @@ pub enum Value {
     Number(u32),
     /// One of a few names.
     Choice(&'static str),
+    /// Any text.
+    Text(String),
 }
 
 impl fmt::Display for Value {
@@ -32,6 +34,7 @@ impl fmt::Display for Value {
         match self {
             Value::Number(n) => n.fmt(f),
             Value::Choice(name) => name.fmt(f),
+            Value::Text(text) => text.fmt(f),
         }
     }
 }

@@ -26,6 +26,8 @@ pub struct Tally {
     pub seed_bytes_used: u64,
     /// The architecture's own figures.
     pub own: Vec<Figure>,
+    /// Those of the outside memory, if its timing has any.
+    pub outside: Vec<Figure>,
 }
 
 impl Tally {

@@ -215,6 +215,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
             seed_bytes: seed_bytes(cfg, u64::from(cfg.chains.null - cfg.chains.owned)),
             seed_bytes_used: seed_bytes(cfg, own.peak_sections),
             own: figures,
+            outside: vec![],
         }
     }
 }

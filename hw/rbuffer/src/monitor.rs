@@ -259,6 +259,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             seed_bytes: seed_bytes(cfg, cfg.capacity()),
             seed_bytes_used: seed_bytes(cfg, own.peak_queue),
             own: own.figures(),
+            outside: vec![],
         }
     }
 }

@@ -183,6 +183,7 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
             seed_bytes: seed_bytes(cfg, u64::from(cfg.chains.null)),
             seed_bytes_used: seed_bytes(cfg, own.peak_sections),
             own: figures,
+            outside: vec![],
         }
     }
 }

@@ -4,6 +4,8 @@ use super::say;
 use clap::Args;
 use pellucid_hw::{ARCHITECTURES, architecture};
 use pellucid_machine::Architecture;
+use pellucid_machine::params::Param;
+use pellucid_testbench::outside::board;
 use pellucid_testbench::scene::{BuiltIn, built_in};
 use serde_json::{Value, json};
 
@@ -39,14 +41,10 @@ fn as_text(architectures: &[&Architecture], scenes: &[BuiltIn]) -> String {
             text += &format!("      {name:18} {about}\n");
         }
         text += "\n    parameters (-p NAME=VALUE)\n";
-        let parameters = (arch.parameters)();
-        let width = parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
-        for p in parameters {
-            let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
-            text += &format!("      {:width$} {}\n", p.name, p.about);
-            text += &format!("      {:width$} default {}{unit}; {}\n", "", p.default, p.range);
-        }
+        text += &listed(&(arch.parameters)());
     }
+    text += "\nMEMORY OUTSIDE OF THE CHIP (-p NAME=VALUE, where the machine has a port to it)\n\n";
+    text += &listed(&board::settings());
     if scenes.is_empty() {
         return text;
     }
@@ -59,6 +57,29 @@ fn as_text(architectures: &[&Architecture], scenes: &[BuiltIn]) -> String {
     text
 }
 
+/// Parameters, one below the other.
+fn listed(parameters: &[Param]) -> String {
+    let width = parameters.iter().map(|p| p.name.len()).max().unwrap_or(0);
+    let of = |p: &Param| {
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" {}", p.unit) };
+        let Param { name, about, default, range, .. } = p;
+        format!(
+            "      {name:width$} {about}\n      {:width$} default {default}{unit}; {range}\n",
+            ""
+        )
+    };
+    parameters.iter().map(of).collect()
+}
+
+fn parameters_json(parameters: &[Param]) -> Vec<Value> {
+    let of = |p: &Param| {
+        json!({
+            "name": p.name, "default": p.default, "unit": p.unit, "range": p.range, "about": p.about,
+        })
+    };
+    parameters.iter().map(of).collect()
+}
+
 fn as_json(architectures: &[&Architecture], scenes: &[BuiltIn]) -> Value {
     let architectures: Vec<Value> = architectures
         .iter()
@@ -67,15 +88,7 @@ fn as_json(architectures: &[&Architecture], scenes: &[BuiltIn]) -> Value {
                 .iter()
                 .map(|(name, about)| json!({ "name": name, "about": about }))
                 .collect();
-            let parameters: Vec<Value> = (arch.parameters)()
-                .iter()
-                .map(|p| {
-                    json!({
-                        "name": p.name, "default": p.default, "unit": p.unit,
-                        "range": p.range, "about": p.about,
-                    })
-                })
-                .collect();
+            let parameters = parameters_json(&(arch.parameters)());
             json!({
                 "name": arch.name, "about": arch.about,
                 "presets": presets, "parameters": parameters,
@@ -84,5 +97,6 @@ fn as_json(architectures: &[&Architecture], scenes: &[BuiltIn]) -> Value {
         .collect();
     let scenes: Vec<Value> =
         scenes.iter().map(|s| json!({ "name": s.name, "about": s.about })).collect();
-    json!({ "architectures": architectures, "scenes": scenes })
+    let outside = parameters_json(&board::settings());
+    json!({ "architectures": architectures, "outside": outside, "scenes": scenes })
 }

@@ -6,6 +6,7 @@ use pellucid_hw::{ARCHITECTURES, architecture};
 use pellucid_machine::architecture::{Setting, SettingError};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Architecture, Model};
+use pellucid_testbench::outside::board;
 use pellucid_testbench::settings::{self, SettingsError};
 use std::path::PathBuf;
 
@@ -21,7 +22,7 @@ pub(super) struct MachineArgs {
     /// among them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
-    /// A parameter of the architecture; goes over the file's; may be given several times, the last
+    /// A parameter of the architecture, or of the memory outside; goes over the file's; may be given several times, the last
     /// value of a parameter counts
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     param: Vec<String>,
@@ -47,14 +48,15 @@ impl MachineArgs {
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
         let given = self.given()?;
         let preset = given.preset.as_ref();
-        let built =
-            given.arch()?.build(screen, preset.map(|preset| &*preset.value), &given.parameters);
-        built.map_err(|error| match (error, preset) {
+        let (board, parameters) = board::split(given.parameters.clone());
+        let built = given.arch()?.build(screen, preset.map(|preset| &*preset.value), &parameters);
+        let model = built.map_err(|error| match (error, preset) {
             (error @ SettingError::Preset { .. }, Some(preset)) => {
                 anyhow!("{}: {error}", preset.origin)
             }
             (error, _) => error.into(),
-        })
+        })?;
+        Ok(board::behind(model, &board)?)
     }
 
     fn given(&self) -> Result<Given, SettingsError> {
@@ -141,10 +143,12 @@ impl Choice {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
-        let built = self.arch.build(screen, Some(&self.preset), &self.settings);
-        built.map_err(|error| match error {
+        let (board, parameters) = board::split(self.settings.clone());
+        let built = self.arch.build(screen, Some(&self.preset), &parameters);
+        let model = built.map_err(|error| match error {
             SettingError::Setting { .. } => error.into(),
             other => anyhow!("{}: {other}", self.origin),
-        })
+        })?;
+        Ok(board::behind(model, &board)?)
     }
 }

@@ -124,7 +124,7 @@ fn check_values(arch: &Architecture, settings: &[Setting], machine: &dyn Model) 
         if let Some(last) = settings.iter().rfind(|setting| setting.name == *name) {
             let same = match value {
                 Value::Number(number) => last.value.parse() == Ok(*number),
-                Value::Choice(choice) => last.value == *choice,
+                Value::Choice(_) | Value::Text(_) => last.value == value.to_string(),
             };
             assert!(same, "`{name}` is {value}, set to `{}`", last.value);
         }
@@ -133,7 +133,7 @@ fn check_values(arch: &Architecture, settings: &[Setting], machine: &dyn Model) 
     for (name, value) in &values {
         file += &match value {
             Value::Number(number) => format!("{name} = {number}\n"),
-            Value::Choice(choice) => format!("{name} = \"{choice}\"\n"),
+            Value::Choice(_) | Value::Text(_) => format!("{name} = \"{value}\"\n"),
         };
     }
     let again = settings::read(&write("again.toml", file.as_bytes())).expect("values in a file");
@@ -169,7 +169,7 @@ fn is_small(machine: &dyn Model) -> bool {
         Value::Number(number) => {
             *number <= MOST || name.split_once('.').is_some_and(|(part, _)| !chosen(part))
         }
-        Value::Choice(_) => true,
+        Value::Choice(_) | Value::Text(_) => true,
     })
 }
 

@@ -104,7 +104,7 @@ impl Compared {
         let (Some(k), None) = (varied.next(), varied.next()) else { return None };
         let number = |(value, machine): (&Value, usize)| match value {
             Value::Number(number) => Some((*number, machine)),
-            Value::Choice(_) => None,
+            Value::Choice(_) | Value::Text(_) => None,
         };
         let mut values: Vec<(u32, usize)> = at(k).zip(0..).map(number).collect::<Option<_>>()?;
         values.sort_unstable();

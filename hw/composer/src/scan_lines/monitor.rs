@@ -165,6 +165,7 @@ impl Watch<ScanLines> for ScanLinesMonitor {
             streams: vec![seen(&self.image).tally],
             memories: memories.tallies(),
             own: own.figures(),
+            outside: vec![],
             ..Tally::default()
         }
     }

@@ -1,5 +1,8 @@
 //! Outside memories with a timing of their own.
 
+pub mod board;
+mod timing;
+
 use crate::stimulus::chosen;
 use pellucid_machine::board::{Asked, Fixed, Timing};
 
