@@ -153,7 +153,7 @@ impl Controller {
                 self.issue(Command::Precharge, bank, 0, clock, out);
             }
         }
-        if let Some(index) = choice.column
+        if let Some((write, index)) = choice.column
             && buses.take(choose::burst_command(write), &mut next)
         {
             self.column(write, index, clock, out);

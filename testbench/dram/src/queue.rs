@@ -88,6 +88,19 @@ impl Queue {
         self.hits[bank]
     }
 
+    /// A request for which the row of the bank was opened, and that still needs it.
+    pub fn opened_for(&self, bank: usize) -> Option<usize> {
+        let mut hits = self.hits[bank];
+        while hits != 0 {
+            let index = hits.trailing_zeros() as usize;
+            if self.entries[index].outcome != Outcome::Hit {
+                return Some(index);
+            }
+            hits &= hits - 1;
+        }
+        None
+    }
+
     /// Adds the youngest; `hit` says whether its row is open. There must be room.
     pub fn push(&mut self, entry: Entry, hit: bool) {
         let bit = 1 << self.entries.len();

@@ -4,18 +4,18 @@ use super::{Controller, PAGE_BURSTS};
 use crate::command::Command;
 use crate::config::Page;
 use crate::device::OpenRow;
-use crate::queue::Entry;
+use crate::queue::{Entry, Queue};
 
 /// The command that moves a burst.
 pub(super) fn burst_command(write: bool) -> Command {
     if write { Command::Write } else { Command::Read }
 }
 
-/// What may be given in this clock, by the index of the request in the queue that is served.
+/// What may be given in this clock.
 pub struct Choice {
-    /// The oldest request whose burst can move.
-    pub column: Option<usize>,
-    /// The oldest request that needs a row opened or closed, and can have it.
+    /// The oldest request whose burst can move: whether it is a write, and its index in its queue.
+    pub column: Option<(bool, usize)>,
+    /// By its index in the queue that is served, the oldest request that needs a row opened or closed, and can have it.
     pub row: Option<(usize, Command)>,
 }
 
@@ -25,11 +25,18 @@ impl Controller {
         self.page == Page::Closed && open.bursts >= PAGE_BURSTS
     }
 
-    /// The first clock at which the request's own next command may come.
+    /// The queue that is served, and the other one.
+    fn queues(&self, write: bool) -> (&Queue, &Queue) {
+        if write { (&self.writes, &self.reads) } else { (&self.reads, &self.writes) }
+    }
+
+    /// The first clock at which the next command for the request may come.
     pub(super) fn earliest(&self, write: bool, entry: &Entry) -> u64 {
+        let (_, other) = self.queues(write);
         let command = match self.device.open(entry.bank) {
             None => Command::Activate,
             Some(open) if open.row == entry.row => burst_command(write),
+            Some(_) if other.opened_for(entry.bank).is_some() => burst_command(!write),
             Some(_) => Command::Precharge,
         };
         self.device.earliest(command, entry.bank)
@@ -39,7 +46,8 @@ impl Controller {
     /// now can be at the earliest.
     ///
     /// All requests of a bank to its open row may have their burst at the same clock, so that the oldest speaks for the others;
-    /// while there is one the row stays open.
+    /// while there is one the row stays open. Neither is a row closed that was opened for a request of the other queue, before the
+    /// queues changed: that one's burst goes before.
     pub(super) fn choose(
         &self,
         clock: u64,
@@ -47,7 +55,7 @@ impl Controller {
         head_only: bool,
         next: &mut u64,
     ) -> Choice {
-        let queue = if write { &self.writes } else { &self.reads };
+        let (queue, other) = self.queues(write);
         let (mut banks, among) = match (head_only, queue.entries().first()) {
             (true, Some(head)) => (1 << head.bank, 1),
             _ => (queue.occupied(), u32::MAX),
@@ -56,6 +64,7 @@ impl Controller {
         let burst = burst_command(write);
         // By index, that is by age.
         let (mut column, mut row) = (u32::MAX, (u32::MAX, Command::Activate));
+        let mut left = None;
         while banks != 0 {
             let bank = banks.trailing_zeros() as usize;
             banks &= banks - 1;
@@ -65,7 +74,10 @@ impl Controller {
             let (command, requests) = match open {
                 _ if spent => continue,
                 Some(_) if hits != 0 => (burst, hits),
-                Some(_) => (Command::Precharge, queue.waiting(bank) & among),
+                Some(_) => match other.opened_for(bank) {
+                    Some(index) => (burst_command(!write), 1 << index),
+                    None => (Command::Precharge, queue.waiting(bank) & among),
+                },
                 None => (Command::Activate, queue.waiting(bank) & among),
             };
             let oldest = requests.trailing_zeros();
@@ -74,12 +86,14 @@ impl Controller {
                 *next = (*next).min(earliest);
             } else if command == burst {
                 column = column.min(oldest);
+            } else if command.is_column() {
+                left = Some((!write, oldest as usize));
             } else if oldest < row.0 {
                 row = (oldest, command);
             }
         }
         Choice {
-            column: (column != u32::MAX).then_some(column as usize),
+            column: (column != u32::MAX).then_some((write, column as usize)).or(left),
             row: (row.0 != u32::MAX).then_some((row.0 as usize, row.1)),
         }
     }

@@ -176,9 +176,9 @@ fn an_idle_memory() {
     assert_eq!(theirs.delays, longer);
 }
 
-/// Requests of a kind, without those that the judge answers together with the one before.
-fn distinct(kind: Kind) -> Vec<(bool, u64)> {
-    let mut requests = requests(kind, 10_000, 0, 64, 11);
+/// Requests of a kind, of which `writes` in 256 are writes, without those that the judge answers together with the one before.
+fn distinct(kind: Kind, writes: u32) -> Vec<(bool, u64)> {
+    let mut requests = requests(kind, 10_000, writes, 64, 11);
     requests.dedup_by_key(|(write, address)| (*write, *address / 64));
     requests
 }
@@ -191,15 +191,17 @@ fn mean(delays: &[u64]) -> f64 {
 /// so that it does not matter how long a queue is.
 ///
 /// Below saturation they may differ by 2.5 % in time and 1 % in rows. Where as much is asked for as is taken (`gap` 0), by 10 % in
-/// time, as their queues hold more requests to choose from, and by 30 % in rows, as they close one after four hits.
-fn compare(kind: Kind, gap: u64, mapping: Mapping) {
+/// time, as their queues hold more requests to choose from; and ours may open as few as 60 % of the rows, as theirs closes one
+/// after four hits, but not more than 1 % more.
+fn compare(kind: Kind, writes: u32, gap: u64, mapping: Mapping) {
     let Some(judge) = judge() else { return };
-    let (config, requests) = (config(mapping), distinct(kind));
+    let (config, requests) = (config(mapping), distinct(kind, writes));
     let begin = Instant::now();
     let ours = traffic::run(Dram::new(config.clone()).unwrap(), &requests, gap);
     let seconds = begin.elapsed().as_secs_f64();
     let theirs = ask(judge, &config, &requests, gap);
-    let (s, name) = (&ours.statistics, format!("{kind:?}, {mapping}, gap {gap}"));
+    let (s, name) =
+        (&ours.statistics, format!("{kind:?}, {writes} of 256 writes, {mapping}, gap {gap}"));
     assert_eq!(ours.delays.len(), theirs.delays.len(), "{name}");
     let means = (mean(&ours.delays), mean(&theirs.delays) - 1.0);
     println!(
@@ -219,16 +221,24 @@ fn compare(kind: Kind, gap: u64, mapping: Mapping) {
         theirs.ticks as f64 / theirs.seconds / 1e6,
     );
     let off = |a: f64, b: f64| (a / b - 1.0).abs();
-    let (delay, rows) = if gap == 0 { (0.10, 0.30) } else { (0.025, 0.01) };
+    let (delay, rows) = if gap == 0 { (0.10, 0.60) } else { (0.025, 0.99) };
     assert!(off(means.0, means.1) <= delay, "{name}: delays {means:?}");
-    let opened = (s.activates as f64, theirs.activates as f64);
-    assert!(off(opened.0, opened.1) <= rows, "{name}: rows opened {opened:?}");
+    let opened = s.activates as f64 / theirs.activates as f64;
+    assert!((rows..=1.01).contains(&opened), "{name}: {opened} of their rows opened");
 }
 
 #[test]
 fn random_reads() {
     for gap in [199, 39, 15, 0] {
-        compare(Kind::Random, gap, Mapping::RowBankColumn);
+        compare(Kind::Random, 0, gap, Mapping::RowBankColumn);
+    }
+}
+
+/// A third are writes. When they are drained differs, which is seen near saturation.
+#[test]
+fn random_writes() {
+    for gap in [199, 39, 0] {
+        compare(Kind::Random, 85, gap, Mapping::RowBankColumn);
     }
 }
 
@@ -236,7 +246,7 @@ fn random_reads() {
 fn streams() {
     for &mapping in Mapping::ALL {
         for gap in [39, 11, 0] {
-            compare(Kind::Streaming, gap, mapping);
+            compare(Kind::Streaming, 0, gap, mapping);
         }
     }
 }
@@ -246,7 +256,7 @@ fn streams() {
 fn fragments() {
     for mapping in [Mapping::RowBankColumn, Mapping::RowBankColumnGroup] {
         for gap in [39, 15, 0] {
-            compare(Kind::Fragments, gap, mapping);
+            compare(Kind::Fragments, 0, gap, mapping);
         }
     }
 }

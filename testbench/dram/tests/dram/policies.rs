@@ -84,3 +84,16 @@ fn when_writes_are_drained() {
     let expected = ["W".repeat(20), "PAR".repeat(reads), "PAWWWWWW".to_string()].concat();
     assert!(names.ends_with(&expected), "{names}");
 }
+
+/// A row that was opened for a read is not closed for a write before the read has had it, though writes are served by then.
+#[test]
+fn a_row_is_not_opened_in_vain() {
+    let mut dram = dram(Scheduler::FrFcfs, Page::Open);
+    push(&mut dram, false, address(0, 0), 0);
+    dram.cycle();
+    (0..26).for_each(|column| push(&mut dram, true, address(1, column), 0));
+    finish(&mut dram);
+    assert_eq!(names(dram.commands()), format!("ARPA{}", "W".repeat(26)));
+    let s = dram.statistics();
+    assert_eq!((s.drains, s.row_misses, s.row_conflicts, s.row_hits), (1, 1, 1, 25));
+}
