@@ -25,7 +25,7 @@ impl Controller {
         self.page == Page::Closed && open.bursts >= PAGE_BURSTS
     }
 
-    /// The queue that is served, and the other one.
+    /// The queue of writes, or of reads, and the other one.
     fn queues(&self, write: bool) -> (&Queue, &Queue) {
         if write { (&self.writes, &self.reads) } else { (&self.reads, &self.writes) }
     }
