@@ -119,7 +119,7 @@ impl Bench {
     }
 
     /// Gives the outside memory another timing, before anything is sent.
-    pub(crate) fn set_timing(&mut self, timing: Box<dyn Timing>) {
+    pub fn set_timing(&mut self, timing: Box<dyn Timing>) {
         self.dut.set_timing(timing);
     }
 

@@ -22,6 +22,8 @@ pub fn chosen(n: u64, of_eight: u64) -> bool {
 
 /// Of eight cycles, in how many the display takes no pixel.
 const DISPLAY_BUSY: u64 = 3;
+/// Of eight cycles, in how many the outside memory takes no request.
+const MEMORY_BUSY: u64 = 2;
 /// Of eight items, how many come a cycle late.
 const SOURCE_LATE: u64 = 2;
 /// Of eight items of the frame, how many are in each of the frames after the reset.
@@ -50,7 +52,7 @@ impl Stimulus {
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
         if let Some((_, outside)) = machine.outside() {
-            bench.set_timing(Box::new(Pausing::new(outside.latency)));
+            bench.set_timing(Box::new(Pausing::new(outside.latency, MEMORY_BUSY)));
         }
         let mut sent = 0;
         let mut send = |bench: &mut Bench, item: &Item| {

@@ -7,6 +7,7 @@ use pellucid_sim::Label;
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::{Golden, Reference};
 use pellucid_testbench::image::Image;
+use pellucid_testbench::outside::Pausing;
 use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::Source;
@@ -39,6 +40,8 @@ pub struct Setup {
     pub display_busy: u64,
     /// Of eight chances to send, how many the source lets pass; below 8.
     pub source_idle: u64,
+    /// Of eight cycles, in how many the outside memory takes no request; below 8.
+    pub memory_busy: u64,
 }
 
 impl Debug for Setup {
@@ -48,7 +51,9 @@ impl Debug for Setup {
         for (name, value) in &self.parameters {
             write!(f, " -p {name}={value}")?;
         }
-        write!(f, ", display_busy: {}, source_idle: {}", self.display_busy, self.source_idle)
+        let Setup { display_busy, source_idle, memory_busy, .. } = self;
+        write!(f, ", display_busy: {display_busy}, source_idle: {source_idle}")?;
+        write!(f, ", memory_busy: {memory_busy}")
     }
 }
 
@@ -69,7 +74,7 @@ impl Setup {
     pub fn free(arch: &'static Architecture, screen: Screen, parameters: Parameterised) -> Setup {
         let model = arch.build(screen, None, &settings(&parameters));
         let model = Arc::from(model.unwrap_or_else(|error| panic!("{error}")));
-        Setup { model, arch, parameters, display_busy: 0, source_idle: 0 }
+        Setup { model, arch, parameters, display_busy: 0, source_idle: 0, memory_busy: 0 }
     }
 
     /// The same with further parameters.
@@ -80,8 +85,9 @@ impl Setup {
     #[track_caller]
     pub fn with(&self, further: Parameterised) -> Setup {
         let parameters = self.parameters.iter().cloned().chain(further).collect();
-        let Setup { display_busy, source_idle, .. } = *self;
-        Setup { display_busy, source_idle, ..Setup::free(self.arch, self.screen(), parameters) }
+        let Setup { display_busy, source_idle, memory_busy, .. } = *self;
+        let free = Setup::free(self.arch, self.screen(), parameters);
+        Setup { display_busy, source_idle, memory_busy, ..free }
     }
 
     /// Its screen.
@@ -109,14 +115,24 @@ impl Setup {
         self.play(frames, None)
     }
 
+    /// The machine at power-up, with its display and its outside memory.
+    pub(crate) fn bench(&self) -> Bench {
+        let mut bench = Bench::new(&*self.model);
+        let busy = self.display_busy;
+        bench.set_display(move |cycle| !chosen(cycle, busy));
+        if let Some((_, outside)) = self.model.outside() {
+            bench.set_timing(Box::new(Pausing::new(outside.latency, self.memory_busy)));
+        }
+        bench
+    }
+
     fn source(&self, frame: &[Fragment]) -> Source {
         Source::Fragments(self.screen(), frame.to_vec())
     }
 
     fn play(&self, frames: &[Vec<Fragment>], wave: Option<&WaveJob>) -> Result<Run, BenchError> {
-        let mut bench = Bench::new(&*self.model);
-        let (busy, idle) = (self.display_busy, self.source_idle);
-        bench.set_display(move |cycle| !chosen(cycle, busy));
+        let mut bench = self.bench();
+        let idle = self.source_idle;
         if let Some(wave) = wave {
             bench.record(wave, "machine")?;
         }
@@ -268,10 +284,10 @@ pub fn some_frames(
     screens().prop_flat_map(move |screen| {
         let frames = prop::collection::vec(fragments(screen), 1..=most);
         let draws = prop::collection::vec(any::<u32>(), 24);
-        (frames, draws, 0..=7u64, 0..=4u64).prop_map(
-            move |(frames, draws, display_busy, source_idle)| {
+        (frames, draws, 0..=7u64, 0..=4u64, 0..=7u64).prop_map(
+            move |(frames, draws, display_busy, source_idle, memory_busy)| {
                 let setup = Setup::free(arch, screen, small(arch, &draws, &frames));
-                (Setup { display_busy, source_idle, ..setup }, frames)
+                (Setup { display_busy, source_idle, memory_busy, ..setup }, frames)
             },
         )
     })

@@ -235,9 +235,7 @@ pub fn the_evaluator_goes_through_frames_as_the_machine_does(arch: &'static Arch
         ProptestConfig { cases: effort().cases / 8, failure_persistence: None, ..effort() };
     let test = |(setup, frames): (Setup, Vec<Vec<Fragment>>)| {
         let evaluator = Some(Evaluator::new(&setup.model.netlist()));
-        let mut bench = Bench::new(&*setup.model);
-        let busy = setup.display_busy;
-        bench.set_display(move |cycle| !chosen(cycle, busy));
+        let mut bench = setup.bench();
         bench.watch(Last { evaluator, ..Last::default() });
         let of_frame: Vec<Vec<Option<Item>>> = frames.iter().map(|f| items(&setup, f)).collect();
         let half = of_frame[0].iter().flatten().take(of_frame[0].len() / 2);

@@ -75,7 +75,6 @@ pub fn settings() -> Vec<Param> {
         range,
         about,
     };
-    let number = "a power of two".to_string();
     vec![
         param(
             OUTSIDE,
@@ -84,8 +83,20 @@ pub fn settings() -> Vec<Param> {
             "",
             "The memory behind the machine's port: one of a fixed latency (`outside_latency`), or a DRAM.",
         ),
-        param("dram_channels", "1", number.clone(), "channels", "Channels of the DRAM."),
-        param("dram_ranks", "1", number, "ranks", "Ranks of a channel."),
+        param(
+            "dram_channels",
+            "1",
+            "a power of two from 1 to 64".to_string(),
+            "channels",
+            "Channels of the DRAM.",
+        ),
+        param(
+            "dram_ranks",
+            "1",
+            "a power of two from 1 to 128".to_string(),
+            "ranks",
+            "Ranks of a channel.",
+        ),
         param(
             "dram_mapping",
             "row-bank-column-group",
@@ -144,6 +155,12 @@ fn number(setting: &Setting, from: u64, to: u64) -> Result<u64, BoardError> {
     number.ok_or_else(|| wrong(setting, format!("a whole number from {from} to {to}")))
 }
 
+fn power_of_two(setting: &Setting, to: u32) -> Result<u32, BoardError> {
+    let fits = |number: &u32| number.is_power_of_two() && *number <= to;
+    let number = setting.value.parse().ok().filter(fits);
+    number.ok_or_else(|| wrong(setting, format!("a power of two from 1 to {to}")))
+}
+
 /// The part of that name, or of that file.
 fn part(setting: &Setting) -> Result<Part, BoardError> {
     let value = &*setting.value;
@@ -180,10 +197,10 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
     let clock = last(CLOCK).map_or(Ok(DEFAULT_CLOCK), |setting| number(setting, 1, 100_000))?;
     config.machine_period_ps = (1_000_000 + clock / 2) / clock;
     if let Some(setting) = last("dram_channels") {
-        config.channels = number(setting, 1, 64)? as u32;
+        config.channels = power_of_two(setting, 64)?;
     }
     if let Some(setting) = last("dram_ranks") {
-        config.ranks = number(setting, 1, 128)? as u32;
+        config.ranks = power_of_two(setting, 128)?;
     }
     if let Some(setting) = last("dram_mapping") {
         config.mapping = choice(setting)?;

@@ -7,28 +7,25 @@ use crate::stimulus::chosen;
 use pellucid_machine::board::{Asked, Fixed, Timing};
 
 /// A memory that pauses: it takes no request in some cycles and answers some reads later.
-pub(crate) struct Pausing {
+pub struct Pausing {
     /// Whose answers come later.
     fixed: Fixed,
+    busy: u64,
     now: u64,
     offers: bool,
 }
 
-/// Of eight cycles, in how many no request is taken.
-const BUSY: u64 = 2;
-/// Of eight cycles, in how many no answer begins to be offered.
-const LATE: u64 = 2;
-
 impl Pausing {
-    /// No read is answered before `latency` cycles.
-    pub(crate) fn new(latency: u32) -> Pausing {
-        Pausing { fixed: Fixed::new(latency), now: 0, offers: false }
+    /// No read is answered before `latency` cycles; in so many `of_eight` cycles no request is taken, and in as many no
+    /// answer begins to be offered.
+    pub fn new(latency: u32, of_eight: u64) -> Pausing {
+        Pausing { fixed: Fixed::new(latency), busy: of_eight, now: 0, offers: false }
     }
 }
 
 impl Timing for Pausing {
     fn ready(&self) -> bool {
-        !chosen(self.now, BUSY)
+        !chosen(self.now, self.busy)
     }
     fn answers(&self) -> bool {
         self.offers
@@ -40,10 +37,13 @@ impl Timing for Pausing {
         self.fixed.cycle(asked, answered);
         self.now += 1;
         let held = self.offers && !answered;
-        self.offers = held || (self.fixed.answers() && !chosen(!self.now, LATE));
+        self.offers = held || (self.fixed.answers() && !chosen(!self.now, self.busy));
     }
     fn reset(&mut self) {
         self.fixed.reset();
         self.offers = false;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,6 +18,8 @@ pellucid_sim::counters! {
         row_misses: "bursts",
         /// Bursts for which another row was closed first.
         row_conflicts: "bursts",
+        /// Reads that found their word in the burst of the read before them, and moved none.
+        reads_gathered: "reads",
         /// Reads that were served from a write in the queue.
         reads_forwarded: "reads",
         /// Writes that joined a write in the queue to the same burst.
@@ -33,8 +35,9 @@ pellucid_sim::counters! {
     }
 }
 
-/// See the module's description. A word of the machine lies in a power of two of bytes, and each access asks for the
-/// burst that has it.
+/// See the module's description. A word of the machine lies in a power of two of bytes, and an access asks for the
+/// burst that has it. The burst that was read last is kept, so that words of one burst that are read one after the other
+/// move it once; a write to it ends that.
 pub(crate) struct DramTiming {
     dram: Dram,
     word_bytes: u64,
@@ -42,8 +45,17 @@ pub(crate) struct DramTiming {
     reads: VecDeque<bool>,
     /// The number of the oldest.
     first: u32,
+    /// The burst that was asked for by the last read.
+    burst: Option<u64>,
+    gathered: u64,
     /// What had been done when counting began.
-    before: Statistics,
+    before: Counted,
+}
+
+/// What was counted.
+struct Counted {
+    gathered: u64,
+    dram: Statistics,
 }
 
 /// Bytes between words of so many bits, as they lie in memory.
@@ -54,9 +66,16 @@ pub(crate) fn word_bytes(bits: u32) -> u64 {
 impl DramTiming {
     /// For words of so many bits.
     pub(crate) fn new(dram: Dram, word_bits: u32) -> DramTiming {
-        let before = dram.statistics();
-        let reads = VecDeque::new();
-        DramTiming { dram, word_bytes: word_bytes(word_bits), reads, first: 0, before }
+        let before = Counted { gathered: 0, dram: dram.statistics() };
+        DramTiming {
+            dram,
+            word_bytes: word_bytes(word_bits),
+            reads: VecDeque::new(),
+            first: 0,
+            burst: None,
+            gathered: 0,
+            before,
+        }
     }
 }
 
@@ -83,11 +102,21 @@ impl Timing for DramTiming {
         self.dram.cycle();
         if let Some(Asked { write, address }) = asked {
             let address = u64::from(address) * self.word_bytes;
-            let tag = self.first.wrapping_add(self.reads.len() as u32);
-            let taken = self.dram.push(Request { write, address, tag, client: 0 });
-            debug_assert!(taken, "it was ready");
+            let burst = Some(self.dram.layout().burst(address));
+            // Answers go in order: when it is this one's turn, the read before has its burst.
+            let gathered = !write && burst == self.burst;
+            if gathered {
+                self.gathered += 1;
+            } else {
+                let tag = self.first.wrapping_add(self.reads.len() as u32);
+                let taken = self.dram.push(Request { write, address, tag, client: 0 });
+                debug_assert!(taken, "it was ready");
+            }
             if !write {
-                self.reads.push_back(false);
+                self.reads.push_back(gathered);
+                self.burst = burst;
+            } else if burst == self.burst {
+                self.burst = None;
             }
         }
         while let Some(tag) = self.dram.pop() {
@@ -103,19 +132,22 @@ impl Timing for DramTiming {
             while self.dram.pop().is_some() {}
         }
         self.reads.clear();
+        self.burst = None;
     }
     fn figures(&self) -> Vec<Figure> {
-        let (s, before) = (self.dram.statistics(), &self.before);
-        let since = |of: fn(&Statistics) -> u64| of(&s) - of(before);
+        let s = self.dram.statistics();
+        let since = |of: fn(&Statistics) -> u64| of(&s) - of(&self.before.dram);
+        let gathered = self.gathered - self.before.gathered;
         let config = self.dram.config();
         let served = since(|s| s.reads);
         let latency = since(|s| s.read_latency_clocks) * config.part.timing.tck_ps;
         OutsideCounters {
-            bytes_asked: since(|s| s.reads + s.writes) * self.word_bytes,
+            bytes_asked: (since(|s| s.reads + s.writes) + gathered) * self.word_bytes,
             bytes_moved: since(|s| s.bytes_read + s.bytes_written),
             row_hits: since(|s| s.row_hits),
             row_misses: since(|s| s.row_misses),
             row_conflicts: since(|s| s.row_conflicts),
+            reads_gathered: gathered,
             reads_forwarded: since(|s| s.reads_forwarded),
             writes_coalesced: since(|s| s.writes_coalesced),
             refreshes: since(|s| s.refreshes),
@@ -126,6 +158,6 @@ impl Timing for DramTiming {
         .figures()
     }
     fn count_anew(&mut self) {
-        self.before = self.dram.statistics();
+        self.before = Counted { gathered: self.gathered, dram: self.dram.statistics() };
     }
 }

@@ -13,10 +13,12 @@ use pellucid_blocks::allocator::{self, FreeList};
 use pellucid_blocks::chains::config::Scan;
 use pellucid_hw::ARCHITECTURES;
 use pellucid_machine::Architecture;
+use pellucid_machine::params::Param;
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::netlist::elaborate;
 use pellucid_sim::{Declare, Kind};
 use pellucid_tbuffer::config::Append;
+use pellucid_testbench::outside::board;
 use serde_json::{Map, Value};
 use std::path::Path;
 use std::process::Command;
@@ -52,17 +54,21 @@ fn the_readme_lists_every_architecture() {
     holds("../../README.md", "architectures", &table);
 }
 
+fn parameters(list: impl IntoIterator<Item = Param>) -> String {
+    let mut table =
+        String::from("| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n");
+    for Param { name, default, unit, range, about } in list {
+        table += &format!("| `{name}` | `{default}` | {unit} | {range} | {about} |\n");
+    }
+    table
+}
+
 /// The tables of an architecture's parameters and presets.
 fn parameters_and_presets(arch: &Architecture) {
     let page = &format!("{}.md", arch.name);
-    let mut table =
-        String::from("| parameter | default | unit | range | meaning |\n|---|---|---|---|---|\n");
     // Those of parts are on the pages of these.
-    for p in (arch.parameters)().into_iter().filter(|p| !p.name.contains('.')) {
-        let (name, default, unit, range, about) = (p.name, p.default, p.unit, p.range, p.about);
-        table += &format!("| `{name}` | `{default}` | {unit} | {range} | {about} |\n");
-    }
-    holds(page, "parameters", &table);
+    let own = (arch.parameters)().into_iter().filter(|p| !p.name.contains('.'));
+    holds(page, "parameters", &parameters(own));
 
     let mut table =
         String::from("| preset | what it is | differs from the default in |\n|---|---|---|\n");
@@ -84,6 +90,7 @@ fn parameters_and_presets(arch: &Architecture) {
 #[test]
 fn the_tables_of_parameters_and_presets_are_those_of_the_code() {
     ARCHITECTURES.iter().for_each(|arch| parameters_and_presets(arch));
+    holds("outside.md", "settings", &parameters(board::settings()));
 }
 
 /// Collects the state machines of a bundle of registers.
@@ -185,10 +192,12 @@ fn the_waveform_that_is_read_is_that_of_the_run() {
 fn every_figure_of_a_run_is_explained() {
     let folder = tempfile::tempdir().unwrap();
     let mut about = Map::new();
-    for arch in ARCHITECTURES {
+    let alone = ARCHITECTURES.iter().map(|arch| (arch.name, "fixed"));
+    // A memory that has figures of its own.
+    for (arch, outside) in alone.chain([("tbuffer", "ddr4-3200")]) {
         let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
-            .args(["run", "--arch", arch.name, "--width", "64", "--height", "48", "--no-wave"])
-            .args(["--json", "--out"])
+            .args(["run", "--arch", arch, "--width", "64", "--height", "48", "--no-wave"])
+            .args(["-p", &format!("outside={outside}"), "--json", "--out"])
             .arg(folder.path())
             .output()
             .unwrap();
