@@ -160,6 +160,13 @@ impl Report {
         add("storage", "seed_bytes_used", n(tally.seed_bytes_used), "bytes", about);
         let bits = tally.memories.iter().map(|m| memory_values(m)[5]).sum();
         add("storage", "bits", n(bits), "bits", "All memories of the model together.");
+        let bytes = |outside: bool| {
+            let those = tally.memories.iter().filter(|m| m.info.outside == outside);
+            n(those.map(|m| memory_values(m)[5].div_ceil(8)).sum())
+        };
+        let about = "Memories on the chip, frame buffers included.";
+        add("storage", "on_chip_bytes", bytes(false), "bytes", about);
+        add("storage", "outside_bytes", bytes(true), "bytes", "Memories outside of the chip.");
         let image = &verdict.image;
         let about = "Pixels that differ from the exact blend.";
         add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);

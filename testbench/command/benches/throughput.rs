@@ -5,10 +5,12 @@
 
 use divan::{Bencher, counter::ItemsCount};
 use pellucid_hw::architecture;
+use pellucid_machine::architecture::Setting;
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Item, Model};
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::Golden;
+use pellucid_testbench::outside::board;
 use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, Scene};
 use pellucid_testbench::trial::CaseError;
@@ -50,6 +52,10 @@ fn bench_cycles(
 ) {
     let scene = open(scene, None, None);
     let model = machine(arch, preset, scene.info());
+    bench_model(bencher, &scene, &*model, wave);
+}
+
+fn bench_model(bencher: Bencher, scene: &Scene, model: &dyn Model, wave: Option<&WaveJob>) {
     let mut frame = vec![];
     scene
         .play::<BenchError>(&mut |fragment| {
@@ -57,8 +63,8 @@ fn bench_cycles(
             Ok(())
         })
         .unwrap();
-    let count = cycles(&*model, &frame, None);
-    bencher.counter(ItemsCount::new(count)).bench_local(|| cycles(&*model, &frame, wave));
+    let count = cycles(model, &frame, None);
+    bencher.counter(ItemsCount::new(count)).bench_local(|| cycles(model, &frame, wave));
 }
 
 #[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
@@ -84,6 +90,21 @@ fn cycles_untraced_mbuffer(bencher: Bencher, scene: &str) {
 #[divan::bench(args = ["paper-480"], sample_count = 5)]
 fn cycles_untraced_mbuffer_memory(bencher: Bencher, scene: &str) {
     bench_cycles(bencher, scene, ("mbuffer", "memory"), None);
+}
+
+/// All sections in a DRAM.
+#[divan::bench(args = ["ddr4-3200", "hbm3-6400"], sample_count = 10)]
+fn cycles_untraced_dram(bencher: Bencher, part: &str) {
+    let scene = open("glass", None, None);
+    let setting = |(name, value): (&str, &str)| Setting {
+        name: name.to_string(),
+        value: value.to_string(),
+        origin: String::new(),
+    };
+    let model = architecture("tbuffer").unwrap();
+    let model = model.build(scene.info(), None, &[setting(("sections", "1"))]).unwrap();
+    let model = board::behind(model, &[setting(("outside", part))]).unwrap();
+    bench_model(bencher, &scene, &*model, None);
 }
 
 /// With a waveform of these cycles.

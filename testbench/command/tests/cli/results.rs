@@ -138,6 +138,8 @@ fn the_figures_have_their_keys_and_add_up() {
         "/accesses/full",
         "/storage/seed_bytes",
         "/storage/bits",
+        "/storage/on_chip_bytes",
+        "/storage/outside_bytes",
         "/image/mismatched_pixels",
         "/image/max_error",
         "/image/error_bound",
