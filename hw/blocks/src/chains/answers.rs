@@ -87,6 +87,14 @@ pub fn only(words: Words) -> Read<Word> {
     if words.outside.valid { words.outside } else { words.on_chip }
 }
 
+/// What the queue of a side is told: an answer that came waits if others do, or if it is not the side's turn.
+#[inline(always)]
+#[rtl]
+fn to_queue(came: Read<Word>, others_wait: bool, turn: bool) -> fifo::In<Word> {
+    let waits = came.valid && (others_wait || !turn);
+    fifo::In { push: Stream { valid: waits, payload: came.data }, pop: turn }
+}
+
 #[rtl(
     check(Answers, crate::test_util::small(true)),
     check(Answers, crate::test_util::small_of(13, 0))
@@ -112,21 +120,9 @@ impl Block for Answers {
             let turn_of_chip = i.oldest.valid && !i.oldest.payload;
             let turn_of_outside = i.oldest.valid && i.oldest.payload;
 
-            let to_on_chip = fifo::In {
-                push: Stream {
-                    valid: i.words.on_chip.valid && (on_chip.valid || !turn_of_chip),
-                    payload: i.words.on_chip.data,
-                },
-                pop: turn_of_chip,
-            };
+            let to_on_chip = to_queue(i.words.on_chip, on_chip.valid, turn_of_chip);
             Queue::next(&queue, &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
-            let to_outside = fifo::In {
-                push: Stream {
-                    valid: i.words.outside.valid && (outside.valid || !turn_of_outside),
-                    payload: i.words.outside.data,
-                },
-                pop: turn_of_outside,
-            };
+            let to_outside = to_queue(i.words.outside, outside.valid, turn_of_outside);
             Queue::next(&queue, &q.outside, &mut d.outside, &mut m.outside, to_outside);
 
             let (waited, came) = if i.oldest.payload {
