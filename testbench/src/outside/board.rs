@@ -41,7 +41,7 @@ pub enum BoardError {
         /// Where it was given.
         origin: String,
         /// What is wrong.
-        error: PartError,
+        error: Box<PartError>,
     },
     /// Settings that do not go together.
     #[error(transparent)]
@@ -166,7 +166,10 @@ fn part(setting: &Setting) -> Result<Part, BoardError> {
     let value = &*setting.value;
     let is_file = value.ends_with(".toml") || value.contains(std::path::MAIN_SEPARATOR);
     let part = if is_file { Part::open(Path::new(value)) } else { Part::named(value) };
-    part.map_err(|error| BoardError::Part { origin: setting.origin.clone(), error })
+    part.map_err(|error| BoardError::Part {
+        origin: setting.origin.clone(),
+        error: Box::new(error),
+    })
 }
 
 /// The machine with what the settings put behind its port; the last value of each counts.
