@@ -24,12 +24,10 @@ pub struct State {
     /// Answers of sections on chip.
     #[with(cfg.shape.reads_in_flight)]
     #[exists(cfg.mixes())]
-    #[block(Queue, queue(cfg))]
     pub on_chip: fifo::State,
     /// Answers of sections outside.
     #[with(cfg.shape.reads_in_flight)]
     #[exists(cfg.mixes())]
-    #[block(Queue, queue(cfg))]
     pub outside: fifo::State,
 }
 
@@ -37,10 +35,8 @@ pub struct State {
 #[derive(Memory)]
 pub struct Mem {
     /// Answers of sections on chip.
-    #[block(Queue, queue(cfg))]
     pub on_chip: <Queue as Block>::Mem,
     /// Answers of sections outside.
-    #[block(Queue, queue(cfg))]
     pub outside: <Queue as Block>::Mem,
 }
 
@@ -80,13 +76,6 @@ impl Config {
     }
 }
 
-/// The answer, where one read is under way at a time.
-#[inline(always)]
-#[rtl]
-pub fn only(words: Words) -> Read<Word> {
-    if words.outside.valid { words.outside } else { words.on_chip }
-}
-
 /// What the queue of a side is told: an answer that came waits if others do, or if it is not the side's turn.
 #[inline(always)]
 #[rtl]
@@ -107,12 +96,22 @@ impl Block for Answers {
     type Out = Read<Word>;
     type Mem = Mem;
 
+    fn reset(cfg: &Config) -> State {
+        State { on_chip: Queue::reset(&queue(cfg)), outside: Queue::reset(&queue(cfg)) }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        let depth = if cfg.mixes() { cfg.shape.reads_in_flight } else { 0 };
+        let queue = || Queue::memories(&fifo::Config { depth, item: *cfg });
+        Mem { on_chip: queue(), outside: queue() }
+    }
+
     #[inline(always)]
     fn moore(_: &Config, _: &State, _: &Mem) {}
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Read<Word> {
-        let mut word = only(i.words);
+        let mut word = if i.words.outside.valid { i.words.outside } else { i.words.on_chip };
         if cfg.mixes() {
             let queue = queue(cfg);
             let on_chip = Queue::moore(&queue, &q.on_chip, &m.on_chip).front;

@@ -34,7 +34,7 @@ pub mod walk;
 pub mod weigh;
 
 use crate::allocator::{self, Allocator};
-use answers::Words;
+use answers::{Answers, Words};
 use config::Config;
 use lookup::Chain;
 use nsa::Nsa;
@@ -65,6 +65,10 @@ pub struct State<A: Allocator> {
     #[with(*cfg)]
     #[block(Sections)]
     pub sections: sections::State,
+    /// See [`answers`].
+    #[with(*cfg)]
+    #[block(Answers)]
+    pub answers: answers::State,
     /// See [`pool`].
     #[with(*cfg)]
     #[block(Pool<A>)]
@@ -89,6 +93,9 @@ pub struct Mem<A: Allocator> {
     /// See [`sections`].
     #[block(Sections, *cfg)]
     pub sections: sections::Mem,
+    /// See [`answers`].
+    #[block(Answers, *cfg)]
+    pub answers: answers::Mem,
     /// See [`pool`].
     #[block(Pool<A>, *cfg)]
     pub pool: pool::Mem<A>,
@@ -246,6 +253,16 @@ impl<A: Allocator> Block for Chains<A> {
             on_chip: sections.on_chip,
             outside: Read { valid: response.valid, data: unpacked(response.payload) },
         };
+        let stores = Store::moore(cfg, &q.store, &m.store).oldest;
+        let reads = ReadBack::moore(cfg, &q.read_back, &m.read_back).oldest;
+        // While fragments come, one outside has its turn when it could be written back.
+        let turn = stores.valid && (sections.ready || !stores.payload);
+        let oldest = Stream {
+            valid: if i.storing { turn } else { reads.valid },
+            payload: if i.storing { stores.payload } else { reads.payload },
+        };
+        let to_answers = answers::In { oldest, words };
+        let word = Answers::next(cfg, &q.answers, &mut d.answers, &mut m.answers, to_answers);
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
 
@@ -254,7 +271,7 @@ impl<A: Allocator> Block for Chains<A> {
                 fragment: i.fragment,
                 ssa,
                 nsa,
-                word: answers::only(words),
+                word,
                 grant: pool.grant,
                 exhausted: pool.exhausted,
                 outside_ready: sections.ready,
@@ -271,7 +288,7 @@ impl<A: Allocator> Block for Chains<A> {
                 ssa,
                 nsa,
                 occupancy,
-                words,
+                word,
                 depth: i.depth,
                 arrived_ready: i.arrived_ready,
                 outside_ready: sections.ready,

@@ -12,14 +12,13 @@
 //! ```
 //! One fragment a cycle from end to end, while all are on chip and no pixel takes a second pass.
 
-use super::answers::Words;
 use super::config::Config;
 use super::lookup::{self, Chain, Lookup};
 use super::occupancy;
 use super::reader::{self, ChainReader};
 use super::release::{self, ReleaseQueue};
 use super::scan::{self, Scan};
-use super::tables::{NsaEntry, Place, SsaEntry};
+use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::{
     Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
@@ -77,9 +76,9 @@ pub struct In {
     /// The occupancy words that were asked for.
     #[with(*cfg)]
     pub occupancy: occupancy::Moore,
-    /// Fragments that were asked for.
+    /// The oldest fragment that was asked for and is not there yet, if it comes.
     #[with(*cfg)]
-    pub words: Words,
+    pub word: Read<Word>,
     /// The depth that was asked for.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
@@ -97,6 +96,8 @@ pub struct Moore {
     pub arrived: Stream<Marked<Arrived>>,
     /// No section is on its way back.
     pub released: bool,
+    /// A read is under way; whether the oldest one went outside.
+    pub oldest: Stream<bool>,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
@@ -152,9 +153,11 @@ impl Block for ReadBack {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let reader = ChainReader::moore(cfg, &q.reader, &m.reader);
         Moore {
-            arrived: ChainReader::moore(cfg, &q.reader, &m.reader).arrived,
+            arrived: reader.arrived,
             released: ReleaseQueue::moore(&cfg.release, &q.release, &m.release).empty,
+            oldest: reader.oldest,
         }
     }
 
@@ -179,7 +182,7 @@ impl Block for ReadBack {
         let to_reader = reader::In {
             chain: lookup.chain,
             nsa: i.nsa,
-            words: i.words,
+            word: i.word,
             arrived_ready: i.arrived_ready,
             release_ready: release.ready,
             outside_ready: i.outside_ready,

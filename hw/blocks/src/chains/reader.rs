@@ -10,18 +10,17 @@
 //! ```
 //! One fragment a cycle from sections on chip, across sections and pixels; the NSA entry of a section
 //! is read together with its first fragment. At most `reads_in_flight` fragments are under way or
-//! waiting for the sorter, on chip and outside; [`Answers`] keeps their order.
+//! waiting for the sorter, on chip and outside; [`super::answers`] keeps their order.
 //!
 //! Fragments behind the pixel's opaque depth are marked invisible. How often a pixel is read is told by
 //! [`Passes`]. With passes of K fragments, one with more than K is read until the receiver has had every
 //! visible one: `ceil(visible / K)` passes, one at least; then its sections are released in a walk of their
 //! own. Any other pixel's sections are released as they are read. A section that its pixel owns stays.
 
-use super::answers::{self, Answers, Words};
 use super::config::{Config, Passes};
 use super::lookup::Chain;
 use super::release;
-use super::tables::{NsaEntry, Place};
+use super::tables::{NsaEntry, Place, Word};
 use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, Signals, Stream, fifo, rtl};
@@ -81,9 +80,6 @@ pub struct State {
     /// Reads under way.
     #[with(cfg.shape.reads_in_flight)]
     pub pending: fifo::State,
-    /// See [`answers`].
-    #[with(*cfg)]
-    pub answers: answers::State,
     /// Fragments that wait for the receiver.
     #[with(cfg.shape.reads_in_flight)]
     pub arrived: fifo::State,
@@ -110,9 +106,9 @@ pub struct In {
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
-    /// Fragments that were asked for.
+    /// The oldest fragment that was asked for and is not there yet, if it comes.
     #[with(*cfg)]
-    pub words: Words,
+    pub word: Read<Word>,
     /// The receiver takes a fragment.
     pub arrived_ready: bool,
     /// The release queue has room.
@@ -129,6 +125,8 @@ pub struct Moore {
     /// Fragments of one pixel after the other, then the end of the frame.
     #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
+    /// A read is under way; whether the oldest one went outside.
+    pub oldest: Stream<bool>,
 }
 
 /// Outputs.
@@ -158,8 +156,6 @@ pub struct Mem {
     pub chains: <Chains as Block>::Mem,
     /// Reads under way.
     pub pending: <Pendings as Block>::Mem,
-    /// Answers that wait for their turn.
-    pub answers: answers::Mem,
     /// Fragments that wait for the sorter.
     pub arrived: <Arrivals as Block>::Mem,
 }
@@ -223,7 +219,6 @@ impl Block for ChainReader {
             position: 0,
             again: false,
             pending: Pendings::reset(&pendings(cfg)),
-            answers: Answers::reset(cfg),
             arrived: Arrivals::reset(&arrivals(cfg)),
             visible: 0,
             left: 0,
@@ -235,16 +230,18 @@ impl Block for ChainReader {
         Mem {
             chains: Chains::memories(&chains(cfg)),
             pending: Pendings::memories(&pendings(cfg)),
-            answers: Answers::memories(cfg),
             arrived: Arrivals::memories(&arrivals(cfg)),
         }
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
+        let Stream { valid, payload } =
+            Pendings::moore(&pendings(cfg), &q.pending, &m.pending).front;
         Moore {
             ready: Chains::moore(&chains(cfg), &q.chains, &m.chains).ready,
             arrived: Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).front,
+            oldest: Stream { valid, payload: payload.outside },
         }
     }
 
@@ -265,11 +262,7 @@ impl Block for ChainReader {
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
         let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
         let oldest = pending.front.payload;
-        let to_answers = answers::In {
-            oldest: Stream { valid: pending.front.valid, payload: oldest.outside },
-            words: i.words,
-        };
-        let word = Answers::next(cfg, &q.answers, &mut d.answers, &mut m.answers, to_answers);
+        let word = i.word;
         let mut arrived: Stream<Marked<Arrived>> = Stream::idle();
         if word.valid {
             let visible = word.data.z < oldest.depth;

@@ -74,7 +74,8 @@ pub struct In {
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
-    /// The stored fragment that was asked for.
+    /// The oldest stored fragment that was asked for and is not there yet, if it comes: one outside only while such may be
+    /// asked for.
     #[with(*cfg)]
     pub word: Read<Word>,
     /// A free section.
@@ -92,6 +93,8 @@ pub struct In {
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
+    /// A stored fragment is on its way, to be compared; whether the oldest one lies outside.
+    pub oldest: Stream<bool>,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
@@ -144,6 +147,8 @@ pub struct Out {
 pub struct Mem {
     /// Fragments that arrived.
     pub queue: <Queue as Block>::Mem,
+    /// See [`weigh`].
+    pub weigh: weigh::Mem,
 }
 
 type Queue = Fifo<Marked<PixelFragment>>;
@@ -174,12 +179,16 @@ impl Block for Store {
     }
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { queue: Queue::memories(&queue(cfg)) }
+        Mem { queue: Queue::memories(&queue(cfg)), weigh: Weigh::memories(cfg) }
     }
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
-        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
+        let mut oldest = Stream::idle();
+        if cfg.weighs() {
+            oldest = Weigh::moore(cfg, &q.weigh, &m.weigh).oldest;
+        }
+        Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready, oldest }
     }
 
     #[inline(always)]
@@ -240,7 +249,7 @@ impl Block for Store {
         let mut weight = 0;
         let mut weighing = false;
         if cfg.weighs() {
-            let weighed = Weigh::moore(cfg, &q.weigh, &()).weight;
+            let weighed = Weigh::moore(cfg, &q.weigh, &m.weigh).weight;
             weighing = at_hand && !empty && !weighed.valid && !o.dropped;
             weight = if empty { own_weight(rgba) } else { weighed.payload };
         }
@@ -294,7 +303,7 @@ impl Block for Store {
                 taken: o.place.valid,
                 outside_ready: i.outside_ready,
             };
-            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut (), to_weigh);
+            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut m.weigh, to_weigh);
             o.stored_read = weigh.read;
             o.stored_write = weigh.write;
             o.stored_word = weigh.word;

@@ -1,7 +1,6 @@
 //! Chains as the store unit leaves them, for the tests of blocks that read them: what is in which table, and
 //! what must come of it.
 
-use super::answers;
 use super::config::Config;
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::test_util::edge;
@@ -122,25 +121,17 @@ impl Stored {
     }
 }
 
-/// The memory of sections: the answers of each side come in the order of the questions, those outside later.
+/// The memory of sections: answers come in the order of the questions, one a cycle, outside ones later.
 pub struct Words {
     cfg: Config,
     words: BTreeMap<(u32, u32), Word>,
-    on_chip: Answers,
-    outside: Answers,
-}
-
-/// Answers on their way, with the cycle in which they are shown.
-type Answers = VecDeque<(u64, Word)>;
-
-fn shown(answers: &mut Answers, cycle: u64) -> Read<Word> {
-    let due = answers.pop_front_if(|(due, _)| *due == cycle);
-    due.map_or(Read::default(), |(_, data)| Read { valid: true, data })
+    /// Answers on their way, with the cycle from which on they may be shown.
+    answers: VecDeque<(u64, Word)>,
 }
 
 impl Words {
     pub fn new(cfg: Config) -> Words {
-        Words { cfg, words: BTreeMap::new(), on_chip: Answers::new(), outside: Answers::new() }
+        Words { cfg, words: BTreeMap::new(), answers: VecDeque::new() }
     }
     pub fn put(&mut self, Place { section, slot }: Place, word: Word) {
         self.words.insert((section, slot), word);
@@ -153,18 +144,13 @@ impl Words {
         if self.cfg.is_outside(section) { self.cfg.shape.outside_latency } else { 1 }
     }
     /// What is shown in a cycle.
-    pub fn answers(&mut self, cycle: u64) -> answers::Words {
-        answers::Words {
-            on_chip: shown(&mut self.on_chip, cycle),
-            outside: shown(&mut self.outside, cycle),
-        }
+    pub fn answer(&mut self, cycle: u64) -> Read<Word> {
+        let due = self.answers.pop_front_if(|(due, _)| *due <= cycle);
+        due.map_or(Read::default(), |(_, data)| Read { valid: true, data })
     }
     /// A place is asked for.
     pub fn ask(&mut self, cycle: u64, place: Place) {
         let due = cycle + u64::from(self.latency(place.section));
-        let word = self.at(place);
-        let outside = self.cfg.is_outside(place.section);
-        let side = if outside { &mut self.outside } else { &mut self.on_chip };
-        side.push_back((due, word));
+        self.answers.push_back((due, self.at(place)));
     }
 }

@@ -293,11 +293,11 @@ fn what_cannot_be_shown_is_refused() {
          `front.depth_test.queue`, `front.display.frame_buffer.depth_a`, \
          `front.display.frame_buffer.depth_b`, `front.display.frame_buffer.colour_a`, \
          `front.display.frame_buffer.colour_b`, `front.display.scanout.queue`, \
-         `chains.ssa.table`, `chains.nsa.table`, `chains.sections.on_chip`, `chains.pool.on_chip`, \
+         `chains.ssa.table`, `chains.nsa.table`, `chains.sections.on_chip`, \
+         `chains.answers.on_chip`, `chains.answers.outside`, `chains.pool.on_chip`, \
          `chains.pool.outside`, `chains.occupancy.bitmap`, \
          `chains.occupancy.summary`, `chains.store.queue`, `chains.read_back.lookup.queue`, \
          `chains.read_back.reader.chains`, `chains.read_back.reader.pending`, \
-         `chains.read_back.reader.answers.on_chip`, `chains.read_back.reader.answers.outside`, \
          `chains.read_back.reader.arrived`, `chains.read_back.release.queue`, \
          `chains.sections.outside`",
     );

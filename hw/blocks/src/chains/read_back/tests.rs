@@ -77,7 +77,7 @@ impl Bench {
                 ssa: self.ssa.q(),
                 nsa: self.stored.nsa.q(),
                 occupancy: self.occupancy.moore(),
-                words: self.stored.words.answers(cycle),
+                word: self.stored.words.answer(cycle),
                 depth: self.depth.q(),
                 arrived_ready: arrived.ready,
                 outside_ready: true,

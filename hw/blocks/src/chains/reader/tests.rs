@@ -78,7 +78,7 @@ impl Bench {
         let mut ended = false;
         for cycle in 0.. {
             assert!(cycle < 100_000, "the frame does not end: {seen:?}");
-            let words = self.stored.words.answers(cycle);
+            let word = self.stored.words.answer(cycle);
             let release_ready = ((open.len() + committed.len()) as u32) < cfg.release.depth;
             let moore = self.sim.moore();
             let arrived = moore.arrived.with(timing.arrived_ready.at(cycle));
@@ -86,7 +86,7 @@ impl Bench {
             let i = In {
                 chain: source.offer(cycle),
                 nsa: self.stored.nsa.q(),
-                words,
+                word,
                 arrived_ready: arrived.ready,
                 release_ready,
                 outside_ready: timing.outside_ready.at(cycle),
