@@ -10,11 +10,13 @@
 //! | [`allocator`] | hands out free sections |
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
+//! | [`cache`] | stands before outside memory and keeps some of its words |
 //! | [`weights`] | weight factors in fixed point |
 
 pub mod allocator;
 pub mod bits;
 pub mod blender;
+pub mod cache;
 pub mod chains;
 pub mod depth_test;
 pub mod display;

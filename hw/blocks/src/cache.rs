@@ -1,0 +1,420 @@
+//! A cache between one client that speaks the port to outside memory and that memory.
+//!
+//! ```text
+//!                +-------+
+//!  request ----->|       |---> request (Stream)
+//!  client <------| Cache |<--- memory (ready, response)
+//!  flush ------->|       |---> idle
+//!                +-------+
+//! ```
+//! Both sides are the port of [`outside`], so that it can be put between any machine and any memory: requests are
+//! carried out in their order, and reads are answered in it. It is set-associative; of a set, the line that was used
+//! least recently makes room (true LRU). After a reset nothing is in it: it first takes [`Config::sets`] cycles to say so.
+//! Memories keep their contents through a reset, but what was not written back is lost with it.
+//!
+//! *Hits*: a read is answered two cycles after its request, and a word a cycle is read or written.
+//!
+//! *Misses*: one at a time, and what comes after it waits. With `L` cycles from a request to its answer in a memory that
+//! takes a request a cycle, a read that misses is answered `3 + line + L` cycles after its request, and `line` cycles
+//! later where the line that makes room is dirty. A request that comes in the cycle in which a miss is seen is kept in a
+//! [`Skid`].
+//!
+//! *Writes*: with `write_back` they stay in the cache until their line makes room or is flushed; one that misses fetches its
+//! line first. Else each goes to memory, too, in the cycle after its request at the earliest; one that misses goes there
+//! alone.
+//!
+//! A line is fetched whole, so that words may be read that the client has never written. Lines are asked for word by word,
+//! from their first on.
+//!
+//! *Flush*: asked for in any cycle; from the next cycle on the cache takes nothing, until all that it took is done and every
+//! dirty line is in memory. Lines stay in it. `idle` is high while nothing is under way or asked for; after a flush in such a
+//! cycle it is high again `2 + sets` cycles later, and `1 + line` more for each dirty line, in a memory as above. A cache that
+//! writes through has no dirty lines, and is done 2 cycles later.
+//!
+//! The client takes its answers at once, and so does the cache. Where a queue is all that is needed to wait for the memory,
+//! use [`Skid`].
+
+mod tags;
+
+pub use tags::{Line, MAX_WAYS, Set};
+
+use crate::skid::{self, Skid};
+use pellucid_machine::outside::{self, Request, Word};
+use pellucid_sim::{
+    Block, Memory, Ram1R1W, Ram1RW, ReadDuringWrite, Signals, Stream, bits_for, check_range, rtl,
+};
+
+/// See the module's description.
+pub struct Cache;
+
+/// The most words that a line can have.
+pub const MAX_LINE: u32 = 16;
+
+/// Parameters. The cache holds no more words than the memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The port of the client and of the memory; a whole number of lines.
+    pub port: outside::Config,
+    /// How many sets; a power of two.
+    pub sets: u32,
+    /// Lines of a set, 1..=[`MAX_WAYS`]; a power of two.
+    pub ways: u32,
+    /// Words of a line, 1..=[`MAX_LINE`]; a power of two.
+    pub line: u32,
+    /// Writes stay in the cache until their line makes room; else they go through to memory.
+    pub write_back: bool,
+}
+
+impl Config {
+    /// Holds every number to its range.
+    fn check(&self) {
+        let Config { port, sets, ways, line, .. } = *self;
+        check_range("the number of words behind a cache", port.words, 1..);
+        check_range("the number of bits of a cache's word", port.bits, 1..=128);
+        check_range("the number of words of a cache's line", line, 1..=MAX_LINE.min(port.words));
+        let lines = port.words / line;
+        check_range("the number of ways of a cache", ways, 1..=(MAX_WAYS as u32).min(lines));
+        check_range("the number of sets of a cache", sets, 1..=lines / ways);
+        for (what, value) in [("words of a line", line), ("ways", ways), ("sets", sets)] {
+            assert!(
+                value.is_power_of_two(),
+                "the number of {what} of a cache is {value}: expected a power of two"
+            );
+        }
+        assert!(
+            port.words.is_multiple_of(line),
+            "the number of words behind a cache is {}: expected a multiple of its line's {line}",
+            port.words
+        );
+    }
+
+    fn line_bits(&self) -> u32 {
+        self.line.trailing_zeros()
+    }
+    fn set_bits(&self) -> u32 {
+        self.sets.trailing_zeros()
+    }
+    fn way_bits(&self) -> u32 {
+        self.ways.trailing_zeros()
+    }
+    fn tag_bits(&self) -> u32 {
+        self.port.address_bits() - self.set_bits() - self.line_bits()
+    }
+}
+
+// An address is its tag, its set and its word of a line, from the top.
+#[rtl]
+impl Config {
+    #[inline(always)]
+    fn tag_of(&self, address: u32) -> u32 {
+        address >> (self.set_bits() + self.line_bits())
+    }
+    #[inline(always)]
+    fn set_of(&self, address: u32) -> u32 {
+        (address >> self.line_bits()) & (self.sets - 1)
+    }
+    #[inline(always)]
+    fn word_of(&self, address: u32) -> u32 {
+        address & (self.line - 1)
+    }
+    #[inline(always)]
+    fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
+        (((tag << self.set_bits()) | set) << self.line_bits()) | word
+    }
+    /// Where a word of a line is among the cache's own words.
+    #[inline(always)]
+    fn place(&self, set: u32, way: u32, word: u32) -> u32 {
+        (((set << self.way_bits()) | way) << self.line_bits()) | word
+    }
+}
+
+/// What the cache is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub enum Phase {
+    /// Forgets what is in it, a set a cycle.
+    #[default]
+    Clear,
+    /// Looks requests up.
+    Run,
+    /// Writes a dirty line to memory.
+    WriteBack,
+    /// Fetches a line.
+    Fetch,
+    /// Looks for dirty lines, a set a cycle.
+    Walk,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// What it is at.
+    pub phase: Phase,
+    /// A request that came in the cycle in which a miss was seen.
+    #[with(cfg.port)]
+    #[block(Requests)]
+    pub requests: skid::State<Request>,
+    /// The request whose set is shown by the tags.
+    #[with(cfg.port)]
+    pub asked: Stream<Request>,
+    /// It has missed, and its line was fetched.
+    pub again: bool,
+    /// The word of a read is shown by the data.
+    pub answers: bool,
+    /// A flush was asked for and is not done.
+    pub flush: bool,
+    /// The set that is cleared or looked through.
+    #[width(cfg.set_bits())]
+    pub set: u32,
+    /// The word of a line that memory is asked for, or to write.
+    #[width(bits_for(u64::from(cfg.line)))]
+    pub word: u32,
+    /// The word of a line that comes next.
+    #[width(cfg.line_bits())]
+    pub comes: u32,
+}
+
+type Requests = Skid<Request>;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct In {
+    /// What the client asks for.
+    #[with(cfg.port)]
+    pub request: Stream<Request>,
+    /// What the memory drives. It answers what it was asked for and nothing else.
+    #[with(cfg.port)]
+    pub memory: outside::In,
+    /// All that was written is to be in memory.
+    pub flush: bool,
+}
+
+/// What is seen before the inputs are known.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// What the client sees of it, as of a memory.
+    #[with(cfg.port)]
+    pub client: outside::In,
+    /// Nothing is under way.
+    pub idle: bool,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What is asked of the memory.
+    #[with(cfg.port)]
+    pub request: Stream<Request>,
+    /// A request is found in the cache. Each request is a hit or a miss, once.
+    pub hit: bool,
+    /// A request is not.
+    pub miss: bool,
+    /// The memory takes a word of a dirty line.
+    pub write_back: bool,
+    /// A word of a line has come.
+    pub fill: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// What is in each set.
+    pub tags: Ram1R1W<Set>,
+    /// The words of all lines.
+    pub data: Ram1RW<Word>,
+}
+
+#[rtl(
+    check(Cache, tests::config(1, 1, 1, true)),
+    check(Cache, tests::config(16, 1, 4, true)),
+    check(Cache, tests::config(4, 2, 4, true)),
+    check(Cache, tests::config(1, 4, 4, true)),
+    check(Cache, tests::config(8, 8, 1, true)),
+    check(Cache, tests::config(4, 1, 4, false)),
+    check(Cache, tests::config(2, 4, 2, false)),
+    check(Cache, tests::config(2, 2, 1, false))
+)]
+impl Block for Cache {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        cfg.check();
+        State::reset(cfg)
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem {
+            tags: Ram1R1W::new(cfg.sets, *cfg, 1, ReadDuringWrite::New),
+            data: Ram1RW::new(cfg.sets * cfg.ways * cfg.line, cfg.port, 1),
+        }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
+        let response = Stream { valid: q.answers, payload: m.data.q().data };
+        let rests = room && !q.asked.valid && !q.answers && !q.flush;
+        Moore {
+            client: outside::In { ready: opens(room, q.flush, q.phase), response },
+            idle: rests && matches!(q.phase, Phase::Run),
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        // While the cache takes nothing from the client, the tags show the set of the request that was taken last, or the one
+        // that a flush has come to.
+        let asked = q.asked.payload;
+        let set = m.tags.q().data;
+        let index = if q.asked.valid { cfg.set_of(asked.address) } else { q.set };
+        let hit = tags::hit(cfg, set, cfg.tag_of(asked.address));
+        let dirty = tags::dirty(cfg, set);
+        let way = if q.asked.valid { tags::oldest(cfg, set) } else { dirty.payload };
+        let line = set.lines[way as usize];
+
+        let looks = matches!(q.phase, Phase::Run) && q.asked.valid;
+        let through = !cfg.write_back && asked.write;
+        let done = looks && (if through { i.memory.ready } else { hit.valid });
+        let misses = looks && !through && !hit.valid;
+
+        let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
+        let push = Stream {
+            valid: i.request.valid && opens(room, q.flush, q.phase),
+            payload: i.request.payload,
+        };
+        let takes = matches!(q.phase, Phase::Run) && (!q.asked.valid || done);
+        let to_requests = skid::In { push, taken: takes };
+        let request = Requests::next(&cfg.port, &q.requests, &mut d.requests, &mut (), to_requests);
+        if takes {
+            d.asked = request;
+            d.again = false;
+        }
+        if takes && request.valid {
+            m.tags.read(cfg.set_of(request.payload.address));
+        }
+        d.answers = done && !asked.write;
+        d.flush = q.flush || i.flush;
+
+        let mut ask = Stream::idle();
+        match q.phase {
+            Phase::Clear => {
+                m.tags.write(q.set, tags::empty(cfg));
+                d.set = (q.set + 1) & (cfg.sets - 1);
+                if q.set == cfg.sets - 1 {
+                    d.phase = Phase::Run;
+                }
+            }
+            Phase::Run => {
+                if looks && through {
+                    ask = Stream::offer(asked);
+                }
+                if done && hit.valid {
+                    let place = cfg.place(index, hit.payload, cfg.word_of(asked.address));
+                    m.tags.write(index, tags::used(cfg, set, hit.payload, asked.write));
+                    if asked.write {
+                        m.data.write(place, asked.word);
+                    } else {
+                        m.data.read(place);
+                    }
+                }
+                if misses {
+                    d.phase = Phase::Fetch;
+                    if cfg.write_back && line.dirty {
+                        m.data.read(cfg.place(index, way, 0));
+                        d.phase = Phase::WriteBack;
+                    }
+                }
+                if q.flush && !q.asked.valid && room {
+                    if cfg.write_back {
+                        m.tags.read(q.set);
+                        d.phase = Phase::Walk;
+                    } else {
+                        d.flush = false;
+                    }
+                }
+            }
+            Phase::WriteBack => {
+                if cfg.write_back {
+                    // The word stays in the read register of the data until it is taken.
+                    let address = cfg.address(line.tag, index, q.word);
+                    ask = Stream::offer(Request { write: true, address, word: m.data.q().data });
+                    if i.memory.ready && q.word < cfg.line - 1 {
+                        d.word = q.word + 1;
+                        m.data.read(cfg.place(index, way, d.word));
+                    } else if i.memory.ready {
+                        d.word = 0;
+                        if q.asked.valid {
+                            d.phase = Phase::Fetch;
+                        } else {
+                            m.tags.write(index, tags::clean(cfg, set, way));
+                            m.tags.read(index);
+                            d.phase = Phase::Walk;
+                        }
+                    }
+                }
+            }
+            Phase::Fetch => {
+                let first = asked.address - cfg.word_of(asked.address);
+                if q.word < cfg.line {
+                    let address = first | q.word;
+                    ask = Stream::offer(Request { write: false, address, word: Word::default() });
+                    if i.memory.ready {
+                        d.word = q.word + 1;
+                    }
+                }
+                if i.memory.response.valid {
+                    m.data.write(cfg.place(index, way, q.comes), i.memory.response.payload);
+                    d.comes = (q.comes + 1) & (cfg.line - 1);
+                    if q.comes == cfg.line - 1 {
+                        // The request is looked up again, and is a hit.
+                        let tag = cfg.tag_of(asked.address);
+                        m.tags.write(index, tags::fetched(cfg, set, way, tag));
+                        m.tags.read(index);
+                        d.word = 0;
+                        d.again = true;
+                        d.phase = Phase::Run;
+                    }
+                }
+            }
+            Phase::Walk => {
+                if cfg.write_back {
+                    if dirty.valid {
+                        m.data.read(cfg.place(index, way, 0));
+                        d.phase = Phase::WriteBack;
+                    } else {
+                        d.set = (q.set + 1) & (cfg.sets - 1);
+                        if q.set == cfg.sets - 1 {
+                            d.flush = false;
+                            d.phase = Phase::Run;
+                        } else {
+                            m.tags.read(d.set);
+                        }
+                    }
+                }
+            }
+        }
+
+        let writes_back = matches!(q.phase, Phase::WriteBack) && i.memory.ready;
+        Out {
+            request: ask,
+            hit: done && hit.valid && !q.again,
+            miss: misses || (done && !hit.valid),
+            write_back: cfg.write_back && writes_back,
+            fill: matches!(q.phase, Phase::Fetch) && i.memory.response.valid,
+        }
+    }
+}
+
+/// Whether requests are taken, where a request finds `room`.
+#[inline(always)]
+#[rtl]
+fn opens(room: bool, flush: bool, phase: Phase) -> bool {
+    room && !flush && !matches!(phase, Phase::Clear)
+}
+
+#[cfg(test)]
+mod tests;

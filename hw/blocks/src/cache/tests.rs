@@ -1,0 +1,416 @@
+use super::*;
+use crate::test_util::{Pattern, Source, pattern};
+use pellucid_sim::stream::valid_ignores_ready;
+use pellucid_sim::{Label, Sim, StreamMonitor};
+use proptest::prelude::*;
+use std::collections::VecDeque;
+
+/// Words behind the caches of these tests.
+const WORDS: u32 = 64;
+
+/// A cache of that shape, of words of 70 bits.
+pub(super) fn config(sets: u32, ways: u32, line: u32, write_back: bool) -> Config {
+    Config { port: outside::Config { words: WORDS, bits: 70 }, sets, ways, line, write_back }
+}
+
+fn word(number: u64) -> Word {
+    Word { low: number, high: number & 0x3f, label: Label::NONE }
+}
+
+fn read(address: u32) -> Request {
+    Request { write: false, address, word: Word::default() }
+}
+
+fn write(address: u32, number: u64) -> Request {
+    Request { write: true, address, word: word(number) }
+}
+
+/// What a word holds before it was ever written.
+fn at_first(address: u32) -> Word {
+    word(1000 + u64::from(address))
+}
+
+/// The memory behind: takes requests in some cycles, and answers each read after a time of its own.
+struct Behind {
+    words: Vec<Word>,
+    ready: Pattern,
+    latencies: Vec<u64>,
+    reads: usize,
+    due: VecDeque<(u64, Word)>,
+}
+
+impl Behind {
+    fn new(ready: Pattern, latencies: Vec<u64>) -> Behind {
+        let words = (0..WORDS).map(at_first).collect();
+        Behind { words, ready, latencies, reads: 0, due: VecDeque::new() }
+    }
+    fn shows(&self, cycle: u64) -> outside::In {
+        let answer = self.due.front().filter(|(due, _)| *due <= cycle);
+        let response = answer.map_or(Stream::idle(), |(_, word)| Stream::offer(*word));
+        outside::In { ready: self.ready.at(cycle), response }
+    }
+    fn edge(&mut self, cycle: u64, request: Stream<Request>) {
+        let shown = self.shows(cycle);
+        if shown.response.valid {
+            self.due.pop_front();
+        }
+        let Request { write, address, word } = request.payload;
+        if request.valid && shown.ready && write {
+            self.words[address as usize] = word;
+        } else if request.valid && shown.ready {
+            let latency = self.latencies[self.reads % self.latencies.len()];
+            self.due.push_back((cycle + latency, self.words[address as usize]));
+            self.reads += 1;
+        }
+    }
+}
+
+/// What the events came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Events {
+    hits: u32,
+    misses: u32,
+    written_back: u32,
+    filled: u32,
+}
+
+/// A cache between a client that takes every answer and a memory.
+struct Bench {
+    sim: Sim<Cache>,
+    memory: Behind,
+    from_client: StreamMonitor<Request>,
+    to_memory: StreamMonitor<Request>,
+    /// What was answered, and when.
+    answers: Vec<(u64, Word)>,
+    events: Events,
+}
+
+impl Bench {
+    fn new(cfg: Config, memory: Behind) -> Bench {
+        Bench {
+            sim: Sim::new(cfg),
+            memory,
+            from_client: StreamMonitor::new("request", "client", "cache"),
+            to_memory: StreamMonitor::new("request", "cache", "memory"),
+            answers: vec![],
+            events: Events::default(),
+        }
+    }
+    /// In front of a memory that is always ready and answers after `latency` cycles, and ready itself.
+    fn ready(cfg: Config, latency: u64) -> Bench {
+        let mut bench = Bench::new(cfg, Behind::new(Pattern::always(), vec![latency]));
+        for _ in 0..cfg.sets {
+            assert!(!bench.sim.moore().client.ready && !bench.sim.moore().idle);
+            bench.cycle(Stream::idle(), false);
+        }
+        assert!(bench.sim.moore().client.ready && bench.sim.moore().idle);
+        bench
+    }
+    /// A cycle; whether the request was taken.
+    fn cycle(&mut self, request: Stream<Request>, flush: bool) -> bool {
+        let cycle = self.sim.cycle();
+        let client = self.sim.moore().client;
+        self.answers.extend(client.response.valid.then_some((cycle, client.response.payload)));
+        self.from_client.observe(request.with(client.ready)).unwrap();
+        let i = In { request, memory: self.memory.shows(cycle), flush };
+        assert!(valid_ignores_ready::<Cache, Request>(
+            self.sim.config(),
+            self.sim.state(),
+            || Cache::memories(self.sim.config()),
+            |ready| In { memory: outside::In { ready, ..i.memory }, ..i },
+            |out| out.request,
+        ));
+        let out = self.sim.clock(i).unwrap().out;
+        self.to_memory.observe(out.request.with(i.memory.ready)).unwrap();
+        self.memory.edge(cycle, out.request);
+        self.events.hits += u32::from(out.hit);
+        self.events.misses += u32::from(out.miss);
+        self.events.written_back += u32::from(out.write_back);
+        self.events.filled += u32::from(out.fill);
+        request.valid && client.ready
+    }
+    /// Cycles until the request is taken; gives the cycle in which it was.
+    fn ask(&mut self, request: Request) -> u64 {
+        for _ in 0..1000 {
+            if self.cycle(Stream::offer(request), false) {
+                return self.sim.cycle() - 1;
+            }
+        }
+        panic!("{request:?} is not taken");
+    }
+    /// Cycles until it is idle, at least one.
+    fn rest(&mut self) {
+        for _ in 0..5000 {
+            self.cycle(Stream::idle(), false);
+            if self.sim.moore().idle {
+                return;
+            }
+        }
+        panic!("it does not come to rest");
+    }
+    /// Cycles from the request of a word to its answer, if nothing else is under way.
+    fn latency(&mut self, address: u32) -> u64 {
+        let asked = self.ask(read(address));
+        self.rest();
+        self.answers.last().unwrap().0 - asked
+    }
+    /// Cycles from a flush to the end of it.
+    fn flush(&mut self) -> u64 {
+        let asked = self.sim.cycle();
+        self.cycle(Stream::idle(), true);
+        assert!(!self.sim.moore().idle && !self.sim.moore().client.ready);
+        self.rest();
+        self.sim.cycle() - asked
+    }
+}
+
+#[test]
+fn hits_are_answered_two_cycles_later_one_a_cycle() {
+    let mut bench = Bench::ready(config(4, 2, 4, true), 9);
+    bench.latency(16);
+    assert_eq!(bench.latency(17), 2);
+    bench.answers.clear();
+    let first = bench.sim.cycle();
+    // A word that was written in the cycle before is read, too.
+    let requests =
+        [read(16), write(18, 5), read(18), write(16, 6), write(16, 7), read(16), read(19)];
+    for (at, request) in (first..).zip(requests) {
+        assert_eq!(bench.ask(request), at);
+    }
+    bench.rest();
+    let expected = [(0, at_first(16)), (2, word(5)), (5, word(7)), (6, at_first(19))]
+        .map(|(k, word)| (first + k + 2, word));
+    assert_eq!(bench.answers, expected);
+}
+
+#[test]
+fn a_miss_takes_the_line_the_memory_and_three_cycles() {
+    // Words of a line, the memory's latency, cycles of a miss, and of one that a dirty line makes room for.
+    for (line, latency, clean, dirty) in
+        [(1, 1, 5, 6), (1, 6, 10, 11), (4, 1, 8, 12), (4, 6, 13, 17)]
+    {
+        let mut bench = Bench::ready(config(1, 1, line, true), latency);
+        assert_eq!(bench.latency(0), clean, "line {line}, latency {latency}");
+        assert_eq!(bench.latency(32), clean, "line {line}, latency {latency}");
+        bench.ask(write(32, 1));
+        assert_eq!(bench.latency(0), dirty, "line {line}, latency {latency}");
+        assert_eq!(bench.memory.words[32], word(1));
+        assert_eq!(bench.events.written_back, line);
+        assert_eq!(bench.events.filled, 3 * line);
+    }
+}
+
+#[test]
+fn what_comes_behind_a_miss_waits() {
+    let mut bench = Bench::ready(config(1, 1, 4, true), 6);
+    let first = bench.ask(read(0));
+    // This one comes in the cycle in which the miss is seen. It goes on as the first one is looked up again, and the next one
+    // is taken in the cycle after that, in which the first one is answered.
+    assert_eq!(bench.ask(read(1)), first + 1);
+    assert_eq!(bench.ask(read(2)), first + 13);
+    bench.rest();
+    let times: Vec<u64> = bench.answers.iter().map(|(at, _)| at - first).collect();
+    assert_eq!(times, [13, 14, 15]);
+}
+
+#[test]
+fn of_a_set_the_line_that_was_used_least_recently_makes_room() {
+    let mut bench = Bench::ready(config(1, 4, 1, true), 2);
+    // After the four have come, 10 is used again, so that 11 goes, then 12: 10 and 13 stay.
+    for address in [10, 11, 12, 13, 10, 20, 21] {
+        bench.latency(address);
+    }
+    assert_eq!(bench.events.misses, 6);
+    let there = |bench: &mut Bench, address| bench.latency(address) == 2;
+    assert!(there(&mut bench, 10) && there(&mut bench, 13) && there(&mut bench, 21));
+    assert!(!there(&mut bench, 11));
+    assert_eq!(bench.events, Events { hits: 4, misses: 7, written_back: 0, filled: 7 });
+}
+
+#[test]
+fn writes_go_through_one_a_cycle_and_fetch_nothing() {
+    let mut bench = Bench::ready(config(2, 2, 4, false), 3);
+    bench.latency(0);
+    let first = bench.sim.cycle();
+    for (k, address) in [0, 40, 1, 41].into_iter().enumerate() {
+        assert_eq!(bench.ask(write(address, k as u64)), first + k as u64);
+    }
+    // The last one is taken by the memory in this cycle.
+    assert_eq!(bench.memory.words[41], at_first(41));
+    bench.cycle(Stream::idle(), false);
+    for (k, address) in [0, 40, 1, 41].into_iter().enumerate() {
+        assert_eq!(bench.memory.words[address], word(k as u64));
+    }
+    assert_eq!(bench.events, Events { hits: 2, misses: 3, written_back: 0, filled: 4 });
+    assert_eq!(bench.latency(1), 2);
+    assert_eq!(bench.answers.last().unwrap().1, word(2));
+    assert_eq!(bench.flush(), 2);
+}
+
+#[test]
+fn a_flush_takes_a_cycle_a_set_and_the_words_of_dirty_lines() {
+    let mut bench = Bench::ready(config(4, 2, 4, true), 3);
+    assert_eq!(bench.flush(), 2 + 4);
+    // Two lines of the second set and one of the last; a fourth is clean.
+    for address in [4, 20, 15] {
+        bench.ask(write(address, 9));
+    }
+    bench.latency(8);
+    assert_eq!(bench.flush(), 2 + 4 + 3 * (1 + 4));
+    assert_eq!(bench.events.written_back, 3 * 4);
+    assert!([4, 20, 15].into_iter().all(|address| bench.memory.words[address] == word(9)));
+    // The lines are still there, and clean.
+    assert_eq!(bench.flush(), 2 + 4);
+    assert!([4, 20, 15, 8].into_iter().all(|address| bench.latency(address) == 2));
+}
+
+#[test]
+fn a_reset_loses_what_was_not_written_back() {
+    let mut bench = Bench::ready(config(4, 2, 4, true), 3);
+    bench.ask(write(5, 1));
+    bench.flush();
+    bench.ask(write(5, 2));
+    bench.rest();
+    bench.sim.reset();
+    assert!(!bench.sim.moore().client.ready);
+    assert_eq!(bench.latency(5), 10);
+    assert_eq!(bench.answers.last().unwrap().1, word(1));
+}
+
+fn refused(change: impl FnOnce(&mut Config)) -> String {
+    let mut cfg = config(4, 2, 4, true);
+    change(&mut cfg);
+    let made = std::panic::catch_unwind(|| Cache::reset(&cfg));
+    *made.expect_err("it is made").downcast::<String>().unwrap()
+}
+
+#[test]
+fn numbers_out_of_range_are_refused() {
+    let cases: [(String, &str); 9] = [
+        (refused(|c| c.port.words = 0), "words behind a cache is 0: expected at least 1"),
+        (
+            refused(|c| c.port.words = 62),
+            "words behind a cache is 62: expected a multiple of its line's 4",
+        ),
+        (refused(|c| c.port.bits = 129), "bits of a cache's word is 129: expected 1 to 128"),
+        (refused(|c| c.line = 32), "words of a cache's line is 32: expected 1 to 16"),
+        (refused(|c| c.line = 3), "words of a line of a cache is 3: expected a power of two"),
+        (refused(|c| c.ways = 9), "ways of a cache is 9: expected 1 to 8"),
+        (refused(|c| c.ways = 3), "ways of a cache is 3: expected a power of two"),
+        (refused(|c| c.sets = 16), "sets of a cache is 16: expected 1 to 8"),
+        (refused(|c| c.sets = 6), "sets of a cache is 6: expected a power of two"),
+    ];
+    for (said, expected) in cases {
+        assert_eq!(said, format!("the number of {expected}"));
+    }
+}
+
+/// The lines of a cache, each set a list with the line that was used last in front, and whether it is dirty.
+struct Reference {
+    cfg: Config,
+    sets: Vec<VecDeque<(u32, bool)>>,
+    events: Events,
+}
+
+impl Reference {
+    fn new(cfg: Config) -> Reference {
+        Reference { cfg, sets: vec![VecDeque::new(); cfg.sets as usize], events: Events::default() }
+    }
+    fn request(&mut self, Request { write, address, .. }: Request) {
+        let Config { sets, ways, line, write_back, .. } = self.cfg;
+        let number = address / line;
+        let set = &mut self.sets[(number % sets) as usize];
+        let found = set.iter().position(|(known, _)| *known == number);
+        let was_dirty = found.and_then(|at| set.remove(at)).is_some_and(|(_, dirty)| dirty);
+        self.events.hits += u32::from(found.is_some());
+        self.events.misses += u32::from(found.is_none());
+        if found.is_none() && write && !write_back {
+            return;
+        }
+        if found.is_none() {
+            self.events.filled += line;
+            if set.len() == ways as usize && set.pop_back().is_some_and(|(_, dirty)| dirty) {
+                self.events.written_back += line;
+            }
+        }
+        set.push_front((number, write_back && (write || was_dirty)));
+    }
+    fn flush(&mut self) {
+        for (_, dirty) in self.sets.iter_mut().flatten() {
+            self.events.written_back += if *dirty { self.cfg.line } else { 0 };
+            *dirty = false;
+        }
+    }
+}
+
+fn any_config() -> impl Strategy<Value = Config> {
+    (0u32..4, 0u32..4, 0u32..5, any::<bool>())
+        .prop_map(|(sets, ways, line, write_back)| {
+            config(1 << sets, 1 << ways, 1 << line, write_back)
+        })
+        .prop_filter("larger than the memory", |c| c.sets * c.ways * c.line <= WORDS)
+}
+
+proptest! {
+    /// Whatever is asked, and whenever the memory takes and answers: each read gives what was written last, in order and
+    /// once; after a flush all is in memory; and the cache hits, misses, fetches and writes back as its lines say.
+    #[test]
+    fn behaves_as_a_plain_array(
+        cfg in any_config(),
+        requests in proptest::collection::vec((any::<bool>(), 0..WORDS), 0..150),
+        starts in pattern(),
+        ready in pattern(),
+        latencies in proptest::collection::vec(1u64..9, 1..6),
+        flushes in proptest::collection::vec(0u64..1500, 0..5),
+    ) {
+        let mut bench = Bench::new(cfg, Behind::new(ready, latencies));
+        let mut reference = Reference::new(cfg);
+        let mut array: Vec<Word> = (0..WORDS).map(at_first).collect();
+        let mut expected = vec![];
+        let requests = requests.into_iter().zip(1..);
+        let requests: Vec<Request> =
+            requests.map(|((writes, at), k)| if writes { write(at, k) } else { read(at) }).collect();
+        let mut source = Source::new(requests.iter().copied(), starts);
+        let (mut taken, mut flushing) = (0, false);
+        for cycle in 0.. {
+            prop_assert!(cycle < 30_000, "not all is done");
+            let Moore { client, idle } = bench.sim.moore();
+            if flushing && (client.ready || idle) {
+                prop_assert!(idle);
+                prop_assert_eq!(&bench.memory.words, &array, "after a flush, in cycle {}", cycle);
+                flushing = false;
+            }
+            if idle {
+                prop_assert_eq!(bench.answers.len(), expected.len());
+                if taken == requests.len() && cycle > 1500 {
+                    break;
+                }
+            }
+            let flush = flushes.contains(&cycle);
+            let offer = source.offer(cycle);
+            let fires = bench.cycle(offer, flush);
+            source.edge(client.ready);
+            prop_assert_eq!(fires, offer.valid && client.ready);
+            if fires {
+                let Request { write, address, word } = offer.payload;
+                if write {
+                    array[address as usize] = word;
+                } else {
+                    expected.push(array[address as usize]);
+                }
+                reference.request(offer.payload);
+                taken += 1;
+            }
+            if flush {
+                reference.flush();
+                flushing = true;
+            }
+        }
+        let answers: Vec<Word> = bench.answers.iter().map(|(_, word)| *word).collect();
+        prop_assert_eq!(answers, expected);
+        bench.flush();
+        reference.flush();
+        prop_assert_eq!(&bench.memory.words, &array);
+        prop_assert_eq!(bench.events, reference.events);
+    }
+}
