@@ -34,99 +34,20 @@
 //! The client takes its answers at once, and so does the cache. Where a queue is all that is needed to wait for the memory,
 //! use [`Skid`].
 
+mod config;
 mod tags;
 
+pub use config::{Config, MAX_LINE};
 pub use tags::{Line, MAX_WAYS, Set};
 
 use crate::skid::{self, Skid};
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::{
-    Block, Memory, Ram1R1W, Ram1RW, ReadDuringWrite, Signals, Stream, bits_for, check_range, rtl,
+    Block, Memory, Ram1R1W, Ram1RW, ReadDuringWrite, Signals, Stream, bits_for, rtl,
 };
 
 /// See the module's description.
 pub struct Cache;
-
-/// The most words that a line can have.
-pub const MAX_LINE: u32 = 16;
-
-/// Parameters. The cache holds no more words than the memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Config {
-    /// The port of the client and of the memory; a whole number of lines.
-    pub port: outside::Config,
-    /// How many sets; a power of two.
-    pub sets: u32,
-    /// Lines of a set, 1..=[`MAX_WAYS`]; a power of two.
-    pub ways: u32,
-    /// Words of a line, 1..=[`MAX_LINE`]; a power of two.
-    pub line: u32,
-    /// Writes stay in the cache until their line makes room; else they go through to memory.
-    pub write_back: bool,
-}
-
-impl Config {
-    /// Holds every number to its range.
-    fn check(&self) {
-        let Config { port, sets, ways, line, .. } = *self;
-        check_range("the number of words behind a cache", port.words, 1..);
-        check_range("the number of bits of a cache's word", port.bits, 1..=128);
-        check_range("the number of words of a cache's line", line, 1..=MAX_LINE.min(port.words));
-        let lines = port.words / line;
-        check_range("the number of ways of a cache", ways, 1..=(MAX_WAYS as u32).min(lines));
-        check_range("the number of sets of a cache", sets, 1..=lines / ways);
-        for (what, value) in [("words of a line", line), ("ways", ways), ("sets", sets)] {
-            assert!(
-                value.is_power_of_two(),
-                "the number of {what} of a cache is {value}: expected a power of two"
-            );
-        }
-        assert!(
-            port.words.is_multiple_of(line),
-            "the number of words behind a cache is {}: expected a multiple of its line's {line}",
-            port.words
-        );
-    }
-
-    fn line_bits(&self) -> u32 {
-        self.line.trailing_zeros()
-    }
-    fn set_bits(&self) -> u32 {
-        self.sets.trailing_zeros()
-    }
-    fn way_bits(&self) -> u32 {
-        self.ways.trailing_zeros()
-    }
-    fn tag_bits(&self) -> u32 {
-        self.port.address_bits() - self.set_bits() - self.line_bits()
-    }
-}
-
-// An address is its tag, its set and its word of a line, from the top.
-#[rtl]
-impl Config {
-    #[inline(always)]
-    fn tag_of(&self, address: u32) -> u32 {
-        address >> (self.set_bits() + self.line_bits())
-    }
-    #[inline(always)]
-    fn set_of(&self, address: u32) -> u32 {
-        (address >> self.line_bits()) & (self.sets - 1)
-    }
-    #[inline(always)]
-    fn word_of(&self, address: u32) -> u32 {
-        address & (self.line - 1)
-    }
-    #[inline(always)]
-    fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
-        (((tag << self.set_bits()) | set) << self.line_bits()) | word
-    }
-    /// Where a word of a line is among the cache's own words.
-    #[inline(always)]
-    fn place(&self, set: u32, way: u32, word: u32) -> u32 {
-        (((set << self.way_bits()) | way) << self.line_bits()) | word
-    }
-}
 
 /// What the cache is at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -257,7 +178,8 @@ impl Block for Cache {
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let response = Stream { valid: q.answers, payload: m.data.q().data };
-        let rests = room && !q.asked.valid && !q.answers && !q.flush;
+        // Nothing is kept while nothing is looked up.
+        let rests = !q.asked.valid && !q.answers && !q.flush;
         Moore {
             client: outside::In { ready: opens(room, q.flush, q.phase), response },
             idle: rests && matches!(q.phase, Phase::Run),
@@ -328,7 +250,7 @@ impl Block for Cache {
                         d.phase = Phase::WriteBack;
                     }
                 }
-                if q.flush && !q.asked.valid && room {
+                if q.flush && !q.asked.valid {
                     if cfg.write_back {
                         m.tags.read(q.set);
                         d.phase = Phase::Walk;

@@ -294,7 +294,7 @@ fn numbers_out_of_range_are_refused() {
         ),
         (refused(|c| c.port.bits = 129), "bits of a cache's word is 129: expected 1 to 128"),
         (refused(|c| c.line = 32), "words of a cache's line is 32: expected 1 to 16"),
-        (refused(|c| c.line = 3), "words of a line of a cache is 3: expected a power of two"),
+        (refused(|c| c.line = 3), "words of a cache's line is 3: expected a power of two"),
         (refused(|c| c.ways = 9), "ways of a cache is 9: expected 1 to 8"),
         (refused(|c| c.ways = 3), "ways of a cache is 3: expected a power of two"),
         (refused(|c| c.sets = 16), "sets of a cache is 16: expected 1 to 8"),

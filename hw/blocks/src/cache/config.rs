@@ -1,0 +1,90 @@
+//! The shape of a cache, and where a word is in it.
+
+use super::MAX_WAYS;
+use pellucid_machine::outside;
+use pellucid_sim::{check_range, rtl};
+
+/// The most words that a line can have.
+pub const MAX_LINE: u32 = 16;
+
+/// Parameters. The cache holds no more words than the memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The port of the client and of the memory; a whole number of lines.
+    pub port: outside::Config,
+    /// How many sets; a power of two.
+    pub sets: u32,
+    /// Lines of a set, 1..=[`MAX_WAYS`]; a power of two.
+    pub ways: u32,
+    /// Words of a line, 1..=[`MAX_LINE`]; a power of two.
+    pub line: u32,
+    /// Writes stay in the cache until their line makes room; else they go through to memory.
+    pub write_back: bool,
+}
+
+impl Config {
+    /// Holds every number to its range.
+    pub(super) fn check(&self) {
+        let Config { port, sets, ways, line, .. } = *self;
+        check_range("the number of words behind a cache", port.words, 1..);
+        check_range("the number of bits of a cache's word", port.bits, 1..=128);
+        check_range("the number of words of a cache's line", line, 1..=MAX_LINE.min(port.words));
+        let lines = port.words / line;
+        check_range("the number of ways of a cache", ways, 1..=(MAX_WAYS as u32).min(lines));
+        check_range("the number of sets of a cache", sets, 1..=lines / ways);
+        for (what, value) in [
+            ("words of a cache's line", line),
+            ("ways of a cache", ways),
+            ("sets of a cache", sets),
+        ] {
+            assert!(
+                value.is_power_of_two(),
+                "the number of {what} is {value}: expected a power of two"
+            );
+        }
+        assert!(
+            port.words.is_multiple_of(line),
+            "the number of words behind a cache is {}: expected a multiple of its line's {line}",
+            port.words
+        );
+    }
+
+    pub(super) fn line_bits(&self) -> u32 {
+        self.line.trailing_zeros()
+    }
+    pub(super) fn set_bits(&self) -> u32 {
+        self.sets.trailing_zeros()
+    }
+    pub(super) fn way_bits(&self) -> u32 {
+        self.ways.trailing_zeros()
+    }
+    pub(super) fn tag_bits(&self) -> u32 {
+        self.port.address_bits() - self.set_bits() - self.line_bits()
+    }
+}
+
+// An address is its tag, its set and its word of a line, from the top.
+#[rtl]
+impl Config {
+    #[inline(always)]
+    pub(super) fn tag_of(&self, address: u32) -> u32 {
+        address >> (self.set_bits() + self.line_bits())
+    }
+    #[inline(always)]
+    pub(super) fn set_of(&self, address: u32) -> u32 {
+        (address >> self.line_bits()) & (self.sets - 1)
+    }
+    #[inline(always)]
+    pub(super) fn word_of(&self, address: u32) -> u32 {
+        address & (self.line - 1)
+    }
+    #[inline(always)]
+    pub(super) fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
+        (((tag << self.set_bits()) | set) << self.line_bits()) | word
+    }
+    /// Where a word of a line is among the cache's own words.
+    #[inline(always)]
+    pub(super) fn place(&self, set: u32, way: u32, word: u32) -> u32 {
+        (((set << self.way_bits()) | way) << self.line_bits()) | word
+    }
+}
