@@ -28,7 +28,9 @@ pub static ARCHITECTURE: Architecture = Architecture {
         ("overflow_sections", "20"),
         ("outside_sections", "60"),
         ("outside_latency", "9"),
-        ("array", "2"),
+        ("reads_in_flight", "5"),
+        ("section_capacity", "2"),
+        ("array", "3"),
     ],
 };
 

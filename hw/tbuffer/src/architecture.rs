@@ -37,6 +37,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         ("section_capacity", "2"),
         ("sorter_depth", "2"),
         ("outside_latency", "9"),
+        ("reads_in_flight", "5"),
     ],
 };
 

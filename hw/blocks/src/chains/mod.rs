@@ -253,14 +253,15 @@ impl<A: Allocator> Block for Chains<A> {
             on_chip: sections.on_chip,
             outside: Read { valid: response.valid, data: unpacked(response.payload) },
         };
-        let stores = Store::moore(cfg, &q.store, &m.store).oldest;
-        let reads = ReadBack::moore(cfg, &q.read_back, &m.read_back).oldest;
-        // While fragments come, one outside has its turn when it could be written back.
-        let turn = stores.valid && (sections.ready || !stores.payload);
-        let oldest = Stream {
-            valid: if i.storing { turn } else { reads.valid },
-            payload: if i.storing { stores.payload } else { reads.payload },
-        };
+        let mut oldest = ReadBack::moore(cfg, &q.read_back, &m.read_back).oldest;
+        if cfg.weighs() {
+            // While fragments come, one outside has its turn when it could be written back.
+            let stores = Store::moore(cfg, &q.store, &m.store).oldest;
+            if i.storing {
+                let turn = stores.valid && (sections.ready || !stores.payload);
+                oldest = Stream { valid: turn, payload: stores.payload };
+            }
+        }
         let to_answers = answers::In { oldest, words };
         let word = Answers::next(cfg, &q.answers, &mut d.answers, &mut m.answers, to_answers);
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);

@@ -94,6 +94,7 @@ pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
     /// A stored fragment is on its way, to be compared; whether the oldest one lies outside.
+    #[exists(cfg.weighs())]
     pub oldest: Stream<bool>,
 }
 

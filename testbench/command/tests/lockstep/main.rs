@@ -180,7 +180,7 @@ fn a_fault_in_the_text_of_the_outside_memory_is_seen() {
     for (right, wrong) in [
         ("now_q + LATENCY", "now_q + LATENCY + 1"),
         ("words[request_address_i] <= request_word_i", "words[request_address_i] <= 0"),
-        ("count_q <= LATENCY", "count_q < LATENCY"),
+        ("first_q == LATENCY ? 0", "first_q == LATENCY ? 1"),
     ] {
         assert!(good.contains(right), "no `{right}`:\n{good}");
         std::fs::write(&path, good.replacen(right, wrong, 1)).unwrap();
