@@ -84,8 +84,8 @@ pub fn export(
     }
     beside.push(&bench);
     write(folder, &modules, &beside)?;
-    // One that pauses is not that of the export.
-    let memory = memory.filter(|_| stimulus == Stimulus::Plain);
+    // One that pauses is not that of the export, nor is one with a timing of its own.
+    let memory = memory.filter(|m| stimulus == Stimulus::Plain && m.latency > 0);
     put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS, memory))?;
     let mut played = Bench::new(machine);
     played.reserve()?;

@@ -51,7 +51,10 @@ impl Stimulus {
             Ok(())
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
-        if let Some((_, outside)) = machine.outside() {
+        // A DRAM pauses by itself.
+        if let Some((_, outside)) = machine.outside()
+            && outside.latency > 0
+        {
             bench.set_timing(Box::new(Pausing::new(outside.latency, MEMORY_BUSY)));
         }
         let mut sent = 0;

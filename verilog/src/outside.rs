@@ -33,9 +33,8 @@ module outside_memory #(
   reg [BITS-1:0] answer_q [0:LATENCY];
   reg [31:0] due_q [0:LATENCY];
   reg [31:0] now_q, first_q, next_q, count_q;
-  wire [31:0] late = now_q - due_q[first_q];
   assign request_ready_o = count_q <= LATENCY;
-  assign response_valid_o = count_q != 0 && !late[31];
+  assign response_valid_o = count_q != 0 && now_q - due_q[first_q] < 32'h80000000;
   assign response_word_o = answer_q[first_q];
   wire taken = request_valid_i && request_ready_o;
   wire reads = taken && !request_write_i;

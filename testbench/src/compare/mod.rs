@@ -5,7 +5,7 @@ mod page;
 mod plots;
 
 use crate::output::{OutputError, put};
-use crate::report::{Entry, align_right, at_margin, csv_text, grouped, nest};
+use crate::report::{Entry, Report, align_right, at_margin, csv_text, grouped, nest};
 use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
 use comfy_table::{Table, presets};
@@ -95,7 +95,13 @@ impl Compared {
     fn sweep(&self) -> Option<Sweep<'_>> {
         let (first, others) = self.trials.split_first()?;
         let first = &first.report;
-        if others.iter().any(|trial| trial.report.arch() != first.arch()) {
+        let names = |report: &Report| -> Vec<String> {
+            report.config().iter().map(|(name, _)| name.clone()).collect()
+        };
+        // One with a DRAM has settings that others do not have.
+        let like_first =
+            |report: &Report| report.arch() == first.arch() && names(report) == names(first);
+        if !others.iter().all(|trial| like_first(&trial.report)) {
             return None;
         }
         let at = |k: usize| self.trials.iter().map(move |trial| &trial.report.config()[k].1);

@@ -226,6 +226,16 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
                 .to_string(),
         });
     };
+    let (burst, word) = (config.part.organisation.burst_bytes(), word_bytes(port.bits));
+    if burst < word {
+        return Err(BoardError::Use {
+            origin: chosen.origin.clone(),
+            problem: format!(
+                "a burst of `{}` is {burst} bytes: expected at least {word}, a word of the machine",
+                config.part.name
+            ),
+        });
+    }
     let (needed, has) =
         (u128::from(port.words) * u128::from(word_bytes(port.bits)), dram.layout().capacity());
     if needed > has {
@@ -285,7 +295,8 @@ impl Model for WithDram {
         self.model.closed_forms(tally, frames)
     }
     fn outside(&self) -> Option<(outside::Config, Outside)> {
-        self.model.outside()
+        let (port, outside) = self.model.outside()?;
+        Some((port, Outside { latency: 0, ..outside }))
     }
     fn power_up(&self) -> Box<dyn Dut> {
         let mut dut = self.model.power_up();

@@ -170,6 +170,22 @@ fn what_is_wrong_is_named() {
 }
 
 #[test]
+fn a_burst_holds_a_word() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("narrow.toml");
+    let text = Part::file("ddr4-3200").unwrap();
+    let line = |key| text.lines().find(|line| line.starts_with(key)).unwrap();
+    let text = text.replacen(line("bus_bits"), "bus_bits = 8", 1).replacen(
+        line("burst_length"),
+        "burst_length = 4",
+        1,
+    );
+    std::fs::write(&path, text).unwrap();
+    let error = refused(&[("outside", path.to_str().unwrap())]);
+    assert!(error.contains("is 4 bytes: expected at least 8, a word of the machine"), "{error}");
+}
+
+#[test]
 fn a_part_must_have_room_for_the_machine() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tiny.toml");

@@ -55,7 +55,9 @@ impl Block for Bump {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let some = q.next < cfg.sections;
-        Moore { grant: Stream { valid: some, payload: q.next }, exhausted: !some }
+        // Past the last section the counter is no section's number, and may be too wide for one.
+        let payload = if some { q.next } else { 0 };
+        Moore { grant: Stream { valid: some, payload }, exhausted: !some }
     }
 
     #[inline(always)]

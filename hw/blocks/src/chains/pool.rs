@@ -67,7 +67,8 @@ fn of_either(cfg: &Config, here: Stream<u32>, there: Stream<u32>) -> Stream<u32>
     output = cfg.section_numbers(),
     check(Pool<crate::allocator::FreeList>, crate::test_util::small(true)),
     check(Pool<crate::allocator::FreeList>, crate::test_util::small_of(13, 0)),
-    check(Pool<crate::allocator::FreeList>, crate::test_util::small_of(0, 6))
+    check(Pool<crate::allocator::FreeList>, crate::test_util::small_of(0, 6)),
+    check(Pool<crate::allocator::Bump>, crate::test_util::small_of(8, 4))
 )]
 impl<A: Allocator> Block for Pool<A> {
     type Config = Config;

@@ -350,3 +350,18 @@ fn a_full_disk_is_said_of_every_file() {
         assert_eq!(output.status.code(), Some(2));
     }
 }
+
+/// One with a DRAM has settings that the other does not have, whichever comes first: they are no sweep.
+#[test]
+fn a_machine_with_a_dram_stands_beside_one_without() {
+    let folder = folder();
+    let machines = ["tbuffer,outside=ddr4-3200", "tbuffer"];
+    for [first, second] in [machines, [machines[1], machines[0]]] {
+        let output = compare(
+            folder.path(),
+            &["--machine", first, "--machine", second, "--scene", "glass", "--out", "."],
+        );
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output), "");
+    }
+}

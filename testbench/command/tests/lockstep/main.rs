@@ -166,6 +166,20 @@ fn faults_are_seen(way: Way, faults: &[(&str, &str, &str)]) {
     }
 }
 
+/// What a DRAM answered is replayed; the memory of the export is not that.
+#[test]
+fn icarus_agrees_with_a_dram_behind_the_port() {
+    if !tools::have(&["iverilog", "vvp"]) {
+        return;
+    }
+    let (arch, way) = first("tbuffer");
+    for stress in [&[][..], &["--stress"]] {
+        let args = [&SMALL[..], &["-p", "outside=ddr4-3200"], stress].concat();
+        let folder = export(&options(arch, &[arch.tight, way]), &args);
+        passes(folder.path(), &icarus(folder.path()));
+    }
+}
+
 /// The memory that comes with an export does as that of the run, with which it is compared.
 #[test]
 fn a_fault_in_the_text_of_the_outside_memory_is_seen() {
