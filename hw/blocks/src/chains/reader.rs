@@ -262,10 +262,9 @@ impl Block for ChainReader {
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
         let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
         let oldest = pending.front.payload;
-        let word = i.word;
         let mut arrived: Stream<Marked<Arrived>> = Stream::idle();
-        if word.valid {
-            let visible = word.data.z < oldest.depth;
+        if i.word.valid {
+            let visible = i.word.data.z < oldest.depth;
             o.culled = !visible && !q.again;
             let seen = if q.again { 0 } else { q.visible + u32::from(visible) };
             let before = if q.again { q.left } else { seen };
@@ -280,13 +279,13 @@ impl Block for ChainReader {
             }
             arrived = Stream::offer(Marked::item(Arrived {
                 pixel: oldest.pixel,
-                z: word.data.z,
-                rgba: word.data.rgba,
-                weight: word.data.weight,
+                z: i.word.data.z,
+                rgba: i.word.data.rgba,
+                weight: i.word.data.weight,
                 visible,
                 last: oldest.last,
                 last_pass: left == 0,
-                label: word.data.label,
+                label: i.word.data.label,
             }));
         }
 
@@ -391,7 +390,7 @@ impl Block for ChainReader {
 
         let to_chains = fifo::In { push: i.chain, pop };
         Chains::next(&chains(cfg), &q.chains, &mut d.chains, &mut m.chains, to_chains);
-        let to_pending = fifo::In { push: fetch, pop: word.valid };
+        let to_pending = fifo::In { push: fetch, pop: i.word.valid };
         Pendings::next(&pendings(cfg), &q.pending, &mut d.pending, &mut m.pending, to_pending);
         let to_arrived = fifo::In { push: arrived, pop: i.arrived_ready };
         Arrivals::next(&arrivals(cfg), &q.arrived, &mut d.arrived, &mut m.arrived, to_arrived);

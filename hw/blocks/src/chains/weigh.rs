@@ -167,9 +167,8 @@ impl Block for Weigh {
         // The oldest read is answered: its fragment and the one at hand are compared.
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
         let oldest = pending.front.payload;
-        let word = i.word;
-        if word.valid {
-            let stored = word.data;
+        if i.word.valid {
+            let stored = i.word.data;
             let nearer = i.fragment.z <= stored.z;
             let weight = if nearer { stored.weight } else { q.weight };
             let weight = behind(weight, if nearer { i.fragment.rgba } else { stored.rgba });
@@ -230,7 +229,7 @@ impl Block for Weigh {
             let last = is_tail && place.slot + 1 == i.entry.fill;
             fetch = Stream::offer(Pending { place, last });
         }
-        let to_pending = fifo::In { push: fetch, pop: word.valid };
+        let to_pending = fifo::In { push: fetch, pop: i.word.valid };
         Pendings::next(&pendings(cfg), &q.pending, &mut d.pending, &mut m.pending, to_pending);
         o
     }
