@@ -48,15 +48,14 @@ impl MachineArgs {
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
         let given = self.given()?;
         let preset = given.preset.as_ref();
-        let (board, parameters) = board::split(given.parameters.clone());
-        let built = given.arch()?.build(screen, preset.map(|preset| &*preset.value), &parameters);
-        let model = built.map_err(|error| match (error, preset) {
+        let arch = given.arch()?;
+        let name = preset.map(|preset| &*preset.value);
+        build(arch, screen, name, &given.parameters, |error| match (error, preset) {
             (error @ SettingError::Preset { .. }, Some(preset)) => {
                 anyhow!("{}: {error}", preset.origin)
             }
             (error, _) => error.into(),
-        })?;
-        Ok(board::behind(model, &board)?)
+        })
     }
 
     fn given(&self) -> Result<Given, SettingsError> {
@@ -80,6 +79,19 @@ impl MachineArgs {
         }
         Ok(Given { arch, preset, parameters })
     }
+}
+
+/// A machine with what the settings put behind its port; `said` tells what is wrong with its own.
+fn build(
+    arch: &Architecture,
+    screen: Screen,
+    preset: Option<&str>,
+    settings: &[Setting],
+    said: impl FnOnce(SettingError) -> anyhow::Error,
+) -> anyhow::Result<Box<dyn Model>> {
+    let (board, parameters) = board::split(settings.to_vec());
+    let model = arch.build(screen, preset, &parameters).map_err(said)?;
+    Ok(board::behind(model, &board)?)
 }
 
 impl Given {
@@ -143,12 +155,9 @@ impl Choice {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
-        let (board, parameters) = board::split(self.settings.clone());
-        let built = self.arch.build(screen, Some(&self.preset), &parameters);
-        let model = built.map_err(|error| match error {
+        build(self.arch, screen, Some(&self.preset), &self.settings, |error| match error {
             SettingError::Setting { .. } => error.into(),
             other => anyhow!("{}: {other}", self.origin),
-        })?;
-        Ok(board::behind(model, &board)?)
+        })
     }
 }
