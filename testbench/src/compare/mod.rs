@@ -51,6 +51,11 @@ pub struct Compared {
     pub trials: Vec<Trial>,
 }
 
+/// The names of a machine's settings.
+fn names(report: &Report) -> impl Iterator<Item = &String> {
+    report.config().iter().map(|(name, _)| name)
+}
+
 /// Machines that are the same but for a parameter that is a number.
 struct Sweep<'a> {
     /// The parameter.
@@ -95,12 +100,9 @@ impl Compared {
     fn sweep(&self) -> Option<Sweep<'_>> {
         let (first, others) = self.trials.split_first()?;
         let first = &first.report;
-        let names = |report: &Report| -> Vec<String> {
-            report.config().iter().map(|(name, _)| name.clone()).collect()
-        };
         // One with a DRAM has settings that others do not have.
         let like_first =
-            |report: &Report| report.arch() == first.arch() && names(report) == names(first);
+            |report: &Report| report.arch() == first.arch() && names(report).eq(names(first));
         if !others.iter().all(|trial| like_first(&trial.report)) {
             return None;
         }
