@@ -73,19 +73,17 @@ pub fn export(
     let netlist = machine.netlist();
     let modules = modules(arch, source.screen(), machine, &netlist);
     let bench = format!("{TESTBENCH}.v");
-    let memory = machine
-        .outside()
-        .map(|(port, outside)| OutsideMemory { words: port.words, latency: outside.latency });
     let mut beside = vec![];
     let file = format!("{OUTSIDE_MEMORY}.v");
-    if memory.is_some() {
+    if machine.port().exists() {
         put(&folder.join(&file), TEXT)?;
         beside.push(file.as_str());
     }
     beside.push(&bench);
     write(folder, &modules, &beside)?;
     // One that pauses is not that of the export, nor is one with a timing of its own.
-    let memory = memory.filter(|m| stimulus == Stimulus::Plain && m.latency > 0);
+    let latency = machine.latency().filter(|_| stimulus == Stimulus::Plain);
+    let memory = latency.map(|latency| OutsideMemory { words: machine.port().words, latency });
     put(&folder.join(&bench), &testbench(&netlist, netlist.name, VECTORS, memory))?;
     let mut played = Bench::new(machine);
     played.reserve()?;

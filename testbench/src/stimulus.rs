@@ -52,10 +52,8 @@ impl Stimulus {
         })?;
         bench.set_display(|cycle| !chosen(cycle, DISPLAY_BUSY));
         // A DRAM pauses by itself.
-        if let Some((_, outside)) = machine.outside()
-            && outside.latency > 0
-        {
-            bench.set_timing(Box::new(Pausing::new(outside.latency, MEMORY_BUSY)));
+        if let Some(latency) = machine.latency() {
+            bench.set_timing(Box::new(Pausing::new(latency, MEMORY_BUSY)));
         }
         let mut sent = 0;
         let mut send = |bench: &mut Bench, item: &Item| {

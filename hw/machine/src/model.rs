@@ -6,7 +6,7 @@ use crate::clocked::Clocked;
 use crate::dut::Dut;
 use crate::item::{ItemType, Kind};
 use crate::machine::{Dealer, Machine};
-use crate::outside::{self, Outside};
+use crate::outside;
 use crate::params::Value;
 use crate::phase::PhaseInfo;
 use crate::pixel::Screen;
@@ -31,8 +31,10 @@ pub trait Model: Send + Sync {
     fn dealer(&self) -> Option<Dealer>;
     /// What a run must have counted: see [`Machine::closed_forms`].
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check>;
-    /// Its port to outside memory, and what is behind it, if it has one.
-    fn outside(&self) -> Option<(outside::Config, Outside)>;
+    /// Its port to outside memory.
+    fn port(&self) -> outside::Config;
+    /// Cycles from a read request at the port to its word, if there is a port and these are always as many.
+    fn latency(&self) -> Option<u32>;
     /// The machine at power-up.
     fn power_up(&self) -> Box<dyn Dut>;
     /// The machine as a netlist.
@@ -72,8 +74,11 @@ impl<M: Machine> Model for Configured<M> {
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         M::closed_forms(&self.cfg, tally, frames)
     }
-    fn outside(&self) -> Option<(outside::Config, Outside)> {
-        M::outside(&self.cfg).map(|outside| (M::port(&self.cfg), outside))
+    fn port(&self) -> outside::Config {
+        M::port(&self.cfg)
+    }
+    fn latency(&self) -> Option<u32> {
+        M::outside(&self.cfg).map(|outside| outside.latency)
     }
     fn power_up(&self) -> Box<dyn Dut> {
         Box::new(Clocked::<M>::new(self.cfg))

@@ -100,7 +100,7 @@ pub struct Wires {
 pub struct Outside {
     /// The path under which its traffic is counted, as if it were one of the machine's own memories.
     pub path: String,
-    /// Cycles from a read request to its word; 0 where the memory has a timing of its own.
+    /// Cycles from a read request to its word, at least 1.
     pub latency: u32,
 }
 

@@ -171,6 +171,16 @@ impl ParamType for u32 {
     }
 }
 
+/// What a choice may be, as text.
+pub fn one_of(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match &names[..] {
+        [one] => format!("{one}, the only choice so far"),
+        [start @ .., last] => format!("{} or {last}", start.join(", ")),
+        [] => String::new(),
+    }
+}
+
 /// Declares an enum that a parameter can have, with the names that users write.
 #[macro_export]
 macro_rules! choice {
@@ -189,12 +199,7 @@ macro_rules! choice {
                 match text { $($text => Some($name::$variant),)* _ => None }
             }
             fn expected(_: &()) -> String {
-                let names: &[&str] = &[$(concat!("`", $text, "`")),*];
-                match names {
-                    [one] => format!("{one}, the only choice so far"),
-                    [start @ .., last] => format!("{} or {last}", start.join(", ")),
-                    [] => String::new(),
-                }
+                $crate::params::one_of(&[$($text),*])
             }
             fn value(self) -> $crate::params::Value {
                 $crate::params::Value::Choice(match self { $($name::$variant => $text,)* })

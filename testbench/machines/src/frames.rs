@@ -120,8 +120,8 @@ impl Setup {
         let mut bench = Bench::new(&*self.model);
         let busy = self.display_busy;
         bench.set_display(move |cycle| !chosen(cycle, busy));
-        if let Some((_, outside)) = self.model.outside() {
-            bench.set_timing(Box::new(Pausing::new(outside.latency, self.memory_busy)));
+        if let Some(latency) = self.model.latency() {
+            bench.set_timing(Box::new(Pausing::new(latency, self.memory_busy)));
         }
         bench
     }

@@ -1,12 +1,14 @@
 //! What is behind a machine's port, as users say it: settings beside the machine's own.
 
 use super::timing::{DramTiming, word_bytes};
-use pellucid_dram::{Config, ConfigError, Dram, Part, PartError};
-use pellucid_machine::architecture::Setting;
-use pellucid_machine::params::{Param, ParamError, Value, nearest};
+use pellucid_dram::{
+    Config, ConfigError, Dram, Mapping, Page, Part, PartError, Refresh, Scheduler,
+};
+use pellucid_machine::architecture::{Setting, quoted};
+use pellucid_machine::params::{Param, ParamError, ParamType, Value, nearest, one_of};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{
-    Arithmetic, Census, Check, Dealer, Dut, Kind, Model, Outside, PhaseInfo, Tally, outside,
+    Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Tally, outside,
 };
 use pellucid_sim::netlist::Module;
 use std::fmt::Display;
@@ -22,7 +24,7 @@ const DRAM: &str = "dram_";
 /// The machine's clock.
 const CLOCK: &str = "clock_mhz";
 /// The clock where none is named, MHz.
-const DEFAULT_CLOCK: u64 = 1000;
+const DEFAULT_CLOCK: u32 = 1000;
 
 /// A setting that was not understood, or does not fit the machine.
 #[derive(Debug, thiserror::Error)]
@@ -56,77 +58,127 @@ pub enum BoardError {
     },
 }
 
+/// What is behind a port, as far as it can be set.
+struct Chosen {
+    dram: Config,
+    clock_mhz: u32,
+}
+
+/// A setting of a DRAM, or of the clock beside it.
+struct Field {
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    /// What it may be, as text.
+    range: fn() -> String,
+    set: fn(&mut Chosen, &Setting) -> Result<(), BoardError>,
+    get: fn(&Chosen) -> Value,
+}
+
+/// The most channels that a memory can have, and the most ranks of one.
+const MOST_CHANNELS: u32 = 64;
+const MOST_RANKS: u32 = 128;
+/// The fastest clock, MHz.
+const MOST_MHZ: u32 = 100_000;
+
+/// All but the memory itself.
+const FIELDS: [Field; 7] = [
+    Field {
+        name: "dram_channels",
+        unit: "channels",
+        about: "Channels of the DRAM.",
+        range: || power_of_two_to(MOST_CHANNELS),
+        set: |to, setting| power_of_two(setting, MOST_CHANNELS).map(|n| to.dram.channels = n),
+        get: |of| Value::Number(of.dram.channels),
+    },
+    Field {
+        name: "dram_ranks",
+        unit: "ranks",
+        about: "Ranks of a channel.",
+        range: || power_of_two_to(MOST_RANKS),
+        set: |to, setting| power_of_two(setting, MOST_RANKS).map(|n| to.dram.ranks = n),
+        get: |of| Value::Number(of.dram.ranks),
+    },
+    Field {
+        name: "dram_mapping",
+        unit: "",
+        about: "Which bits of an address are its row, bank and column.",
+        range: || one_of(Mapping::NAMES),
+        set: |to, setting| choice(setting).map(|mapping| to.dram.mapping = mapping),
+        get: |of| Value::Text(of.dram.mapping.to_string()),
+    },
+    Field {
+        name: "dram_scheduler",
+        unit: "",
+        about: "In which order requests are served.",
+        range: || one_of(Scheduler::NAMES),
+        set: |to, setting| choice(setting).map(|scheduler| to.dram.scheduler = scheduler),
+        get: |of| Value::Text(of.dram.scheduler.to_string()),
+    },
+    Field {
+        name: "dram_page",
+        unit: "",
+        about: "Whether rows stay open.",
+        range: || one_of(Page::NAMES),
+        set: |to, setting| choice(setting).map(|page| to.dram.page = page),
+        get: |of| Value::Text(of.dram.page.to_string()),
+    },
+    Field {
+        name: "dram_refresh",
+        unit: "",
+        about: "Whether all banks of a rank are refreshed at once.",
+        range: || one_of(Refresh::NAMES),
+        set: |to, setting| choice(setting).map(|refresh| to.dram.refresh = refresh),
+        get: |of| Value::Text(of.dram.refresh.to_string()),
+    },
+    Field {
+        name: CLOCK,
+        unit: "MHz",
+        about: "The machine's clock, beside which the DRAM has its own.",
+        range: || u32::expected(&(1..=MOST_MHZ)),
+        set: |to, setting| {
+            let clock = u32::parse(&setting.value, &(1..=MOST_MHZ));
+            to.clock_mhz = clock.ok_or_else(|| wrong(setting, u32::expected(&(1..=MOST_MHZ))))?;
+            Ok(())
+        },
+        get: |of| Value::Number(of.clock_mhz),
+    },
+];
+
+impl Chosen {
+    /// What is chosen where nothing but the part is said.
+    fn new(part: Part) -> Chosen {
+        Chosen { dram: Config::new(part), clock_mhz: DEFAULT_CLOCK }
+    }
+
+    /// The memory beside a machine of that clock.
+    fn memory(self) -> Config {
+        let clock = u64::from(self.clock_mhz);
+        Config { machine_period_ps: (1_000_000 + clock / 2) / clock, ..self.dram }
+    }
+}
+
 /// All settings.
 pub fn settings() -> Vec<Param> {
-    let list = |names: &[&str]| {
-        let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-        match quoted.split_last() {
-            Some((last, others)) if !others.is_empty() => {
-                format!("{} or {last}", others.join(", "))
-            }
-            _ => quoted.concat(),
-        }
+    let parts = one_of(&[&[FIXED], &Part::NAMES[..]].concat());
+    let memory = Param {
+        name: OUTSIDE.to_string(),
+        default: FIXED.to_string(),
+        unit: "",
+        range: format!("{parts}, or the file of a part (.toml)"),
+        about: "The memory behind the machine's port: one of a fixed latency (`outside_latency`), or a DRAM.",
     };
-    let parts = [&[FIXED], &Part::NAMES[..]].concat();
-    let param = |name: &str, default: &str, range: String, unit, about| Param {
-        name: name.to_string(),
-        default: default.to_string(),
-        unit,
-        range,
-        about,
-    };
-    vec![
-        param(
-            OUTSIDE,
-            FIXED,
-            format!("{}, or the file of a part (.toml)", list(&parts)),
-            "",
-            "The memory behind the machine's port: one of a fixed latency (`outside_latency`), or a DRAM.",
-        ),
-        param(
-            "dram_channels",
-            "1",
-            "a power of two from 1 to 64".to_string(),
-            "channels",
-            "Channels of the DRAM.",
-        ),
-        param(
-            "dram_ranks",
-            "1",
-            "a power of two from 1 to 128".to_string(),
-            "ranks",
-            "Ranks of a channel.",
-        ),
-        param(
-            "dram_mapping",
-            "row-bank-column-group",
-            list(pellucid_dram::Mapping::NAMES),
-            "",
-            "Which bits of an address are its row, bank and column.",
-        ),
-        param(
-            "dram_scheduler",
-            "fr-fcfs",
-            list(pellucid_dram::Scheduler::NAMES),
-            "",
-            "In which order requests are served.",
-        ),
-        param("dram_page", "open", list(pellucid_dram::Page::NAMES), "", "Whether rows stay open."),
-        param(
-            "dram_refresh",
-            "all-bank",
-            list(pellucid_dram::Refresh::NAMES),
-            "",
-            "Whether all banks of a rank are refreshed at once.",
-        ),
-        param(
-            CLOCK,
-            "1000",
-            "a whole number from 1 to 100000".to_string(),
-            "MHz",
-            "The machine's clock, beside which the DRAM has its own.",
-        ),
-    ]
+    // The same with any part.
+    let part = Part::named(Part::NAMES[0]).expect("a part that is shipped");
+    let chosen = Chosen::new(part);
+    let fields = FIELDS.iter().map(|field| Param {
+        name: field.name.to_string(),
+        default: (field.get)(&chosen).to_string(),
+        unit: field.unit,
+        range: (field.range)(),
+        about: field.about,
+    });
+    [memory].into_iter().chain(fields).collect()
 }
 
 /// The settings of what is behind the port, and all others.
@@ -137,9 +189,9 @@ pub fn split(settings: Vec<Setting>) -> (Vec<Setting>, Vec<Setting>) {
     })
 }
 
-fn wrong(setting: &Setting, expected: impl Into<String>) -> BoardError {
+fn wrong(setting: &Setting, expected: String) -> BoardError {
     let Setting { name, value, origin } = setting.clone();
-    let error = ParamError::Value { name, found: value, expected: expected.into() };
+    let error = ParamError::Value { name, found: value, expected };
     BoardError::Setting { origin, error }
 }
 
@@ -150,15 +202,14 @@ fn choice<T: FromStr<Err: Display>>(setting: &Setting) -> Result<T, BoardError> 
     })
 }
 
-fn number(setting: &Setting, from: u64, to: u64) -> Result<u64, BoardError> {
-    let number = setting.value.parse().ok().filter(|number| (from..=to).contains(number));
-    number.ok_or_else(|| wrong(setting, format!("a whole number from {from} to {to}")))
+fn power_of_two_to(most: u32) -> String {
+    format!("a power of two from 1 to {most}")
 }
 
 fn power_of_two(setting: &Setting, to: u32) -> Result<u32, BoardError> {
     let fits = |number: &u32| number.is_power_of_two() && *number <= to;
     let number = setting.value.parse().ok().filter(fits);
-    number.ok_or_else(|| wrong(setting, format!("a power of two from 1 to {to}")))
+    number.ok_or_else(|| wrong(setting, power_of_two_to(to)))
 }
 
 /// The part of that name, or of that file.
@@ -178,11 +229,11 @@ fn part(setting: &Setting) -> Result<Part, BoardError> {
 /// See [`BoardError`].
 pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Model>, BoardError> {
     let last = |name: &str| settings.iter().rev().find(|setting| setting.name == name);
-    let names: Vec<String> = self::settings().into_iter().map(|param| param.name).collect();
+    let names = || [OUTSIDE].into_iter().chain(FIELDS.iter().map(|field| field.name));
     for Setting { name, origin, .. } in settings {
-        if !names.contains(name) {
-            let near = nearest(name, names.iter().map(String::as_str)).map(str::to_string);
-            let known = names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        if !names().any(|known| known == name) {
+            let near = nearest(name, names()).map(str::to_string);
+            let known = quoted(&names().collect::<Vec<_>>());
             let error = ParamError::Unknown { name: name.clone(), nearest: near, known };
             return Err(BoardError::Setting { origin: origin.clone(), error });
         }
@@ -196,36 +247,28 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
             }),
         };
     };
-    let mut config = Config::new(part(chosen)?);
-    let clock = last(CLOCK).map_or(Ok(DEFAULT_CLOCK), |setting| number(setting, 1, 100_000))?;
-    config.machine_period_ps = (1_000_000 + clock / 2) / clock;
-    if let Some(setting) = last("dram_channels") {
-        config.channels = power_of_two(setting, 64)?;
+    let mut with = Chosen::new(part(chosen)?);
+    for field in &FIELDS {
+        if let Some(setting) = last(field.name) {
+            (field.set)(&mut with, setting)?;
+        }
     }
-    if let Some(setting) = last("dram_ranks") {
-        config.ranks = power_of_two(setting, 128)?;
-    }
-    if let Some(setting) = last("dram_mapping") {
-        config.mapping = choice(setting)?;
-    }
-    if let Some(setting) = last("dram_scheduler") {
-        config.scheduler = choice(setting)?;
-    }
-    if let Some(setting) = last("dram_page") {
-        config.page = choice(setting)?;
-    }
-    if let Some(setting) = last("dram_refresh") {
-        config.refresh = choice(setting)?;
-    }
+    let fields = FIELDS.iter().map(|field| (field.name.to_string(), (field.get)(&with)));
+    let values: Vec<(String, Value)> = [(OUTSIDE.to_string(), Value::Text(chosen.value.clone()))]
+        .into_iter()
+        .chain(fields)
+        .collect();
+    let config = with.memory();
     let dram = Dram::new(config.clone())?;
-    let Some((port, _)) = model.outside() else {
+    let port = model.port();
+    if !port.exists() {
         return Err(BoardError::Use {
             origin: chosen.origin.clone(),
             problem: "the machine has no port to outside memory: expected one with it, such as `tbuffer` with \
                       `outside_sections`"
                 .to_string(),
         });
-    };
+    }
     let (burst, word) = (config.part.organisation.burst_bytes(), word_bytes(port.bits));
     if burst < word {
         return Err(BoardError::Use {
@@ -236,8 +279,7 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
             ),
         });
     }
-    let (needed, has) =
-        (u128::from(port.words) * u128::from(word_bytes(port.bits)), dram.layout().capacity());
+    let (needed, has) = (u128::from(port.words) * u128::from(word), dram.layout().capacity());
     if needed > has {
         return Err(BoardError::Use {
             origin: chosen.origin.clone(),
@@ -248,24 +290,14 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
             ),
         });
     }
-    let values = vec![
-        (OUTSIDE.to_string(), Value::Text(chosen.value.clone())),
-        ("dram_channels".to_string(), Value::Number(config.channels)),
-        ("dram_ranks".to_string(), Value::Number(config.ranks)),
-        ("dram_mapping".to_string(), Value::Text(config.mapping.to_string())),
-        ("dram_scheduler".to_string(), Value::Text(config.scheduler.to_string())),
-        ("dram_page".to_string(), Value::Text(config.page.to_string())),
-        ("dram_refresh".to_string(), Value::Text(config.refresh.to_string())),
-        (CLOCK.to_string(), Value::Number(clock as u32)),
-    ];
-    Ok(Box::new(WithDram { model, config, bits: port.bits, values }))
+    Ok(Box::new(WithDram { model, config, values }))
 }
 
 /// A machine with a DRAM behind its port.
 struct WithDram {
     model: Box<dyn Model>,
+    /// Checked: a memory was made of it.
     config: Config,
-    bits: u32,
     values: Vec<(String, Value)>,
 }
 
@@ -294,15 +326,16 @@ impl Model for WithDram {
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         self.model.closed_forms(tally, frames)
     }
-    fn outside(&self) -> Option<(outside::Config, Outside)> {
-        let (port, outside) = self.model.outside()?;
-        Some((port, Outside { latency: 0, ..outside }))
+    fn port(&self) -> outside::Config {
+        self.model.port()
+    }
+    fn latency(&self) -> Option<u32> {
+        None
     }
     fn power_up(&self) -> Box<dyn Dut> {
         let mut dut = self.model.power_up();
-        if let Ok(dram) = Dram::new(self.config.clone()) {
-            dut.set_timing(Box::new(DramTiming::new(dram, self.bits)));
-        }
+        let dram = Dram::new(self.config.clone()).expect("a configuration that one was made of");
+        dut.set_timing(Box::new(DramTiming::new(dram, self.port().bits)));
         dut
     }
     fn netlist(&self) -> Module {

@@ -2,7 +2,7 @@ use super::*;
 use crate::scene::Options;
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, Outside, PhaseInfo, Tally, outside};
+use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Tally, outside};
 use pellucid_mbuffer::architecture as mbuffer;
 use pellucid_sim::netlist::Module;
 use pellucid_tbuffer::architecture::ARCHITECTURE;
@@ -49,8 +49,11 @@ impl Model for Broken {
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         self.model.closed_forms(tally, frames)
     }
-    fn outside(&self) -> Option<(outside::Config, Outside)> {
-        self.model.outside()
+    fn port(&self) -> outside::Config {
+        self.model.port()
+    }
+    fn latency(&self) -> Option<u32> {
+        self.model.latency()
     }
     fn power_up(&self) -> Box<dyn Dut> {
         self.runs.fetch_add(1, Ordering::Relaxed);
