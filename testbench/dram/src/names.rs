@@ -1,8 +1,11 @@
 //! Names that users write: choices of a few, and the known name that is most like an unknown one.
 
+use pellucid_machine::architecture::quoted;
+use pellucid_machine::params::{did_you_mean, nearest};
+
 /// A name that is none of the known ones.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown {what} `{name}`{}; known are {known}", did_you_mean(*.nearest))]
+#[error("unknown {what} `{name}`{}; known are {known}", did_you_mean(.nearest))]
 pub struct NameError {
     /// What was to be named.
     pub what: &'static str,
@@ -20,27 +23,10 @@ impl NameError {
         NameError {
             what,
             name: name.to_string(),
-            nearest: nearest(name, known),
-            known: list(known),
+            nearest: nearest(name, known.iter().copied()),
+            known: quoted(known),
         }
     }
-}
-
-/// The names in back quotes, with commas.
-pub(crate) fn list(names: &[&str]) -> String {
-    names.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")
-}
-
-/// ` (did you mean ...?)`, or nothing where no name is near.
-pub(crate) fn did_you_mean(nearest: Option<&str>) -> String {
-    nearest.map_or(String::new(), |name| format!(" (did you mean `{name}`?)"))
-}
-
-/// The name in `known` that is most like `name`, if one is alike at all.
-pub(crate) fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let likeness = |k: &&str| strsim::jaro_winkler(name, k);
-    let best = known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-    (likeness(&best) > 0.7).then_some(best)
 }
 
 /// Declares an enum of which users write the names.

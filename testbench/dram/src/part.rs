@@ -11,8 +11,9 @@ mod timing;
 pub use organisation::{CommandBuses, Organisation};
 pub use timing::{BankRefresh, Timing};
 
-use crate::names::{self, NameError};
+use crate::names::NameError;
 use keys::{Keys, Section};
+use pellucid_machine::params::did_you_mean;
 use std::path::Path;
 
 /// What is wrong with a part's file.
@@ -38,7 +39,7 @@ pub enum PartError {
         error: toml::de::Error,
     },
     /// A key that no part has.
-    #[error("{file}: unknown key `{key}`{}; known are {known}", names::did_you_mean(*.nearest))]
+    #[error("{file}: unknown key `{key}`{}; known are {known}", did_you_mean(.nearest))]
     Unknown {
         /// The file's path.
         file: String,

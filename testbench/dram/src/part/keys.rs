@@ -1,7 +1,8 @@
 //! Reads keys of a part's file, and says what is wrong with one.
 
 use super::PartError;
-use crate::names;
+use pellucid_machine::architecture::quoted;
+use pellucid_machine::params::nearest;
 use std::str::FromStr;
 use toml::{Table, Value};
 
@@ -34,8 +35,8 @@ impl Keys<'_> {
             Some(key) => Err(PartError::Unknown {
                 file: self.file.to_string(),
                 key: format!("{section}{key}"),
-                nearest: names::nearest(key, known),
-                known: names::list(known),
+                nearest: nearest(key, known.iter().copied()),
+                known: quoted(known),
             }),
         }
     }
@@ -104,11 +105,11 @@ impl<'a> Section<'a> {
     }
 
     /// One of a few names.
-    pub fn choice<T: FromStr>(&self, key: &str, known: &[&str]) -> Result<T, PartError> {
+    pub fn choice<T: FromStr>(&self, key: &str, known: &[&'static str]) -> Result<T, PartError> {
         self.table
             .get(key)
             .and_then(Value::as_str)
             .and_then(|text| text.parse().ok())
-            .ok_or_else(|| self.wrong(key, format!("one of {}", names::list(known))))
+            .ok_or_else(|| self.wrong(key, format!("one of {}", quoted(known))))
     }
 }
