@@ -1,7 +1,6 @@
 //! A memory behind a machine's port to outside memory: it comes with an export, so that the machine runs in anyone's testbench.
 
 use crate::module::Signal;
-use std::fmt::Write;
 
 /// The module's name; its file is that with `.v`.
 pub const OUTSIDE_MEMORY: &str = "outside_memory";
@@ -68,64 +67,64 @@ pub struct OutsideMemory {
     pub latency: u32,
 }
 
-/// Where a port is among those of its direction: its lowest bit and how many it has.
-fn place(ports: &[Signal], name: &str) -> Option<(u32, u32)> {
-    let at = ports.iter().position(|port| port.name.ends_with(name))?;
-    Some((ports[..at].iter().map(|port| port.width).sum(), ports[at].width))
+/// A port, as the testbench has it, and its bits.
+type Wire = (String, u32);
+
+/// The input whose name ends so, in the vector of all inputs.
+fn input(inputs: &[Signal], name: &str) -> Option<Wire> {
+    let k = inputs.iter().position(|port| port.name.ends_with(name))?;
+    let (at, bits) = (inputs[..k].iter().map(|port| port.width).sum::<u32>(), inputs[k].width);
+    Some((format!("inputs[{at} +: {bits}]"), bits))
+}
+
+/// The output whose name ends so.
+fn output(outputs: &[Signal], name: &str) -> Option<Wire> {
+    let port = outputs.iter().find(|port| port.name.ends_with(name))?;
+    Some((port.name.clone(), port.width))
+}
+
+/// The parts of a word that there are, as one.
+fn word(high: Option<Wire>, low: Option<Wire>) -> Wire {
+    let (wires, bits): (Vec<String>, Vec<u32>) = [high, low].into_iter().flatten().unzip();
+    (format!("{{{}}}", wires.join(", ")), bits.iter().sum())
 }
 
 impl OutsideMemory {
     /// The memory beside a machine with these ports, and `agrees`: whether it shows what the machine's inputs are.
     pub(crate) fn beside(self, inputs: &[Signal], outputs: &[Signal]) -> String {
-        let input =
-            |name: &str| place(inputs, name).map(|(at, bits)| format!("inputs[{at} +: {bits}]"));
-        let output = |name: &str| {
-            let port = outputs.iter().find(|port| port.name.ends_with(name));
-            port.map(|port| port.name.as_str())
-        };
-        let of = |parts: [Option<String>; 2]| {
-            let parts: Vec<String> = parts.into_iter().flatten().collect();
-            format!("{{{}}}", parts.join(", "))
-        };
-        let word = |name: &str| output(name).map(str::to_string);
-        let asked = of(["request_payload_word_high_o", "request_payload_word_low_o"].map(word));
-        let replayed =
-            of(["outside_response_payload_high_i", "outside_response_payload_low_i"].map(input));
-        let bits = |name: &str| place(inputs, name).map_or(0, |(_, bits)| bits);
-        let bits = bits("outside_response_payload_low_i") + bits("outside_response_payload_high_i");
-        let address = "outside_request_payload_address_o";
-        let address_bits = place(outputs, address).map_or(1, |(_, bits)| bits);
-        let named = |name: &str| output(name).unwrap_or("1'b0").to_string();
+        let input = |name: &str| input(inputs, &format!("outside_{name}_i"));
+        let output = |name: &str| output(outputs, &format!("outside_{name}_o"));
+        let (asked, _) =
+            word(output("request_payload_word_high"), output("request_payload_word_low"));
+        let (replayed, bits) = word(input("response_payload_high"), input("response_payload_low"));
+        let address = output("request_payload_address").unwrap_or_default();
+        let named = |wire: Option<Wire>| wire.unwrap_or_default().0;
         let pins = [
             ("clk", "clk".to_string()),
             ("rst", "rst".to_string()),
             ("request_ready_o", "memory_ready".to_string()),
-            ("request_valid_i", named("outside_request_valid_o")),
-            ("request_write_i", named("outside_request_payload_write_o")),
-            ("request_address_i", named(address)),
+            ("request_valid_i", named(output("request_valid"))),
+            ("request_write_i", named(output("request_payload_write"))),
+            ("request_address_i", address.0),
             ("request_word_i", asked),
             ("response_valid_o", "memory_valid".to_string()),
-            ("response_ready_i", named("outside_response_ready_o")),
+            ("response_ready_i", named(output("response_ready"))),
             ("response_word_o", "memory_word".to_string()),
         ];
         let pins = pins.map(|(pin, wire)| format!("    .{pin}({wire})")).join(",\n");
-        let given = |name: &str| input(name).unwrap_or_default();
-        let mut text = String::new();
-        let _ = write!(
-            text,
-            "  // The memory of the export, which has to do as the one of the recorded run did.\n  \
-               wire memory_ready, memory_valid;\n  \
-               wire [{top}:0] memory_word;\n  \
-               {OUTSIDE_MEMORY} #(.WORDS({words}), .BITS({bits}), .ADDR_BITS({address_bits}), .LATENCY({latency})) memory (\n\
-             {pins}\n  );\n  \
-               wire agrees = memory_ready === {ready} && memory_valid === {valid} &&\n    \
-                 (!memory_valid || memory_word === {replayed});\n",
-            top = bits.max(1) - 1,
-            words = self.words,
-            latency = self.latency,
-            ready = given("outside_ready_i"),
-            valid = given("outside_response_valid_i"),
-        );
-        text
+        let OutsideMemory { words, latency } = self;
+        let (top, address_bits) = (bits - 1, address.1);
+        let (ready, valid) = (named(input("ready")), named(input("response_valid")));
+        format!(
+            "  // The memory of the export, which has to do as the one of the recorded run did.
+  wire memory_ready, memory_valid;
+  wire [{top}:0] memory_word;
+  {OUTSIDE_MEMORY} #(.WORDS({words}), .BITS({bits}), .ADDR_BITS({address_bits}), .LATENCY({latency})) memory (
+{pins}
+  );
+  wire agrees = memory_ready === {ready} && memory_valid === {valid} &&
+    (!memory_valid || memory_word === {replayed});
+"
+        )
     }
 }
