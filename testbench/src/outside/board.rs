@@ -182,8 +182,8 @@ pub fn settings() -> Vec<Param> {
 }
 
 /// The settings of what is behind the port, and all others.
-pub fn split(settings: Vec<Setting>) -> (Vec<Setting>, Vec<Setting>) {
-    settings.into_iter().partition(|setting| {
+pub fn split(settings: &[Setting]) -> (Vec<Setting>, Vec<Setting>) {
+    settings.iter().cloned().partition(|setting| {
         let name = &*setting.name;
         name == OUTSIDE || name == CLOCK || name.starts_with(DRAM)
     })

@@ -27,7 +27,7 @@ fn given(list: &[(&str, &str)]) -> Vec<Setting> {
 /// A T-buffer with little room on chip, and what the settings put behind its port.
 fn machine(list: &[(&str, &str)]) -> Result<Box<dyn Model>, BoardError> {
     let all = [&[("sections", "20"), ("outside_sections", "4000")][..], list].concat();
-    let (board, parameters) = split(given(&all));
+    let (board, parameters) = split(&given(&all));
     behind(ARCHITECTURE.build(scene().screen(), None, &parameters).unwrap(), &board)
 }
 
