@@ -10,6 +10,11 @@ pub const TEXT: &str = r"// A memory behind a machine's port to outside memory.
 //
 // It takes a request a cycle, a read or a write. A read is answered LATENCY cycles later, or when all before it are;
 // an answer stays until it is taken. For simulation: a chip has a memory controller in its place.
+//
+// Its outputs go to the machine's inputs of these names, its inputs come from the machine's outputs: request_ready_o to
+// outside_ready, response_valid_o and response_word_o to outside_response_*; request_*_i and response_ready_i come from
+// *_outside_request_* and *_outside_response_ready. A word that the machine has in two parts, *_high and *_low, is
+// {high, low}.
 module outside_memory #(
   parameter WORDS = 2,
   parameter BITS = 1,

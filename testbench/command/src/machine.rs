@@ -89,7 +89,7 @@ fn build(
     settings: &[Setting],
     said: impl FnOnce(SettingError) -> anyhow::Error,
 ) -> anyhow::Result<Box<dyn Model>> {
-    let (board, parameters) = board::split(settings);
+    let (board, parameters) = board::split(settings, &(arch.parameters)());
     let model = arch.build(screen, preset, &parameters).map_err(said)?;
     Ok(board::behind(model, &board)?)
 }

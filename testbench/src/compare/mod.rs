@@ -15,7 +15,7 @@ use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
 /// The figures of all machines that are compared: group and name. Each is one of a run's report.
-const FIGURES: [(&str, &str); 15] = [
+const FIGURES: [(&str, &str); 17] = [
     ("cycles", "total"),
     ("cycles", "store"),
     ("cycles", "resolve"),
@@ -25,6 +25,8 @@ const FIGURES: [(&str, &str); 15] = [
     ("storage", "seed_bytes"),
     ("storage", "seed_bytes_used"),
     ("storage", "bits"),
+    ("storage", "on_chip_bytes"),
+    ("storage", "outside_bytes"),
     ("fragments", "stored"),
     ("fragments", "spilled"),
     ("fragments", "dropped"),
@@ -64,15 +66,27 @@ struct Sweep<'a> {
     values: Vec<(u32, usize)>,
 }
 
-/// One figure, and its value for each machine.
+/// One figure, and its value for each machine that has it.
 struct Row<'a> {
     figure: &'a Entry,
-    values: Vec<&'a Json>,
+    values: Vec<Option<&'a Json>>,
+}
+
+impl Row<'_> {
+    /// Of each machine a number, 0 where it has none.
+    fn numbers(&self) -> Vec<f64> {
+        self.values.iter().map(|value| value.and_then(Json::as_f64).unwrap_or_default()).collect()
+    }
+}
+
+/// A value as a table shows it.
+fn cell(value: Option<&Json>) -> String {
+    value.map_or("-".to_string(), grouped)
 }
 
 impl Compared {
-    /// The figures that are compared, in their order: those of every machine, and if all machines are of one
-    /// architecture also its own, as far as all have them.
+    /// The figures that are compared, in their order: those of every machine; if all machines are of one architecture also
+    /// its own, as far as all have them; and those of a memory outside, where any has one that counts.
     fn figures(&self) -> Vec<(&'static str, &'static str)> {
         let mut figures = FIGURES.to_vec();
         let Some(first) = self.trials.first().map(|trial| &trial.report) else { return figures };
@@ -89,6 +103,11 @@ impl Compared {
             });
             figures.extend(shared);
         }
+        let outside = |report: &Report| {
+            let entries = report.entries().iter().filter(|entry| entry.group == "outside");
+            entries.map(|entry| (entry.group, entry.name)).collect::<Vec<_>>()
+        };
+        figures.extend(reports().map(outside).find(|names| !names.is_empty()).unwrap_or_default());
         figures
     }
 
@@ -131,12 +150,13 @@ impl Compared {
         self.trials.iter().map(of).collect()
     }
 
-    /// One figure; there is none where nothing was run.
+    /// One figure; there is none where no run has it.
     fn row(&self, group: &str, name: &str) -> Option<Row<'_>> {
-        let find = self.trials.iter().filter_map(|trial| trial.report.figure(group, name));
-        let entries: Vec<&Entry> = find.collect();
-        let values = entries.iter().map(|entry| &entry.value).collect();
-        entries.first().map(|figure| Row { figure, values })
+        let entries: Vec<Option<&Entry>> =
+            self.trials.iter().map(|trial| trial.report.figure(group, name)).collect();
+        let figure = *entries.iter().flatten().next()?;
+        let values = entries.into_iter().map(|entry| entry.map(|entry| &entry.value)).collect();
+        Some(Row { figure, values })
     }
 }
 
@@ -204,7 +224,8 @@ impl Comparison {
         for scene in &self.scenes {
             for Row { figure, values } in scene.rows() {
                 let (key, unit, about) = (figure.key(), figure.unit, csv_text(figure.about));
-                for (machine, value) in self.machines.iter().zip(values) {
+                let has = |(machine, value)| Some((machine, value?));
+                for (machine, value) in self.machines.iter().zip(values).filter_map(has) {
                     let names = [&scene.case.scene, machine].map(|name| csv_text(name)).join(",");
                     text += &format!("{names},{key},{value},{unit},{about}\n");
                 }
@@ -241,7 +262,7 @@ impl Comparison {
             table.add_row([format!("SCENE {}", scene.case.scene)]);
             for Row { figure, values } in scene.rows() {
                 let mut row = vec![format!("  {}", figure.full_label()), figure.unit.to_string()];
-                row.extend(values.into_iter().skip(from).take(machines).map(grouped));
+                row.extend(values.into_iter().skip(from).take(machines).map(cell));
                 table.add_row(row);
             }
         }

@@ -2,14 +2,14 @@
 //!
 //! The page is XML too, so that it can be checked, and read by other programs.
 
-use super::{Compared, Comparison, Row, Sweep, heat, plots};
+use super::{Compared, Comparison, Row, Sweep, cell, heat, plots};
 use crate::image::Image;
 use crate::report::grouped;
 use crate::trial::Trial;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use plotters::style::RGBColor;
-use serde_json::{Value as Json, json};
+use serde_json::json;
 use std::io;
 
 /// The figures that have a plot.
@@ -155,8 +155,8 @@ fn table(comparison: &Comparison) -> String {
         text += &format!("<tr class=\"scene\"><th colspan=\"{columns}\">{name}</th></tr>\n");
         // What it means is told once.
         let line = |Row { figure, values }: &Row, shown: usize| {
-            let cell = |value: &&Json| format!("<td class=\"number\">{}</td>", grouped(value));
-            let cells: String = values.iter().take(shown).map(cell).collect();
+            let cell = |value| format!("<td class=\"number\">{}</td>", cell(value));
+            let cells: String = values.iter().copied().take(shown).map(cell).collect();
             let (label, unit, about) = (figure.full_label(), figure.unit, escaped(figure.about));
             let meaning = match k {
                 0 => format!("<small>in {unit}. {about}</small>"),
@@ -198,9 +198,7 @@ fn bars(comparison: &Comparison) -> io::Result<String> {
         let rows = comparison.scenes.iter().filter_map(|scene| scene.row(group, name));
         let rows: Vec<Row> = rows.collect();
         let Some(Row { figure, .. }) = rows.first() else { continue };
-        let number = |value: &&Json| value.as_f64().unwrap_or_default();
-        let values: Vec<Vec<f64>> =
-            rows.iter().map(|row| row.values.iter().map(number).collect()).collect();
+        let values: Vec<Vec<f64>> = rows.iter().map(Row::numbers).collect();
         let svg = plots::groups(&names, &values, figure.unit)?;
         let caption = format!("{}, in {}. {}", figure.full_label(), figure.unit, figure.about);
         text += &plot(&svg, &caption);
@@ -222,7 +220,8 @@ fn curves(scene: &Compared) -> io::Result<String> {
     let Some(Sweep { parameter, values }) = scene.sweep() else { return Ok(String::new()) };
     let labels: Vec<String> = values.iter().map(|(value, _)| value.to_string()).collect();
     let along_sweep = |row: &Row| -> Vec<f64> {
-        values.iter().map(|(_, k)| row.values[*k].as_f64().unwrap_or_default()).collect()
+        let numbers = row.numbers();
+        values.iter().map(|(_, k)| numbers[*k]).collect()
     };
     let part = |lines: &[(String, Vec<f64>)], up: &str, caption: &str| -> io::Result<String> {
         let series: Vec<Vec<f64>> = lines.iter().map(|(_, values)| values.clone()).collect();

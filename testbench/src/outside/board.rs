@@ -1,11 +1,11 @@
 //! What is behind a machine's port, as users say it: settings beside the machine's own.
 
 use super::timing::{DramTiming, word_bytes};
-use pellucid_dram::{
-    Config, ConfigError, Dram, Mapping, Page, Part, PartError, Refresh, Scheduler,
-};
+use pellucid_dram::{Config, Dram, Mapping, Page, Part, PartError, Refresh, Scheduler};
 use pellucid_machine::architecture::{Setting, quoted};
-use pellucid_machine::params::{Param, ParamError, ParamType, Value, nearest, one_of};
+use pellucid_machine::params::{
+    Param, ParamError, ParamType, Value, did_you_mean, nearest, one_of,
+};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{
     Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Tally, outside,
@@ -45,10 +45,7 @@ pub enum BoardError {
         /// What is wrong.
         error: Box<PartError>,
     },
-    /// Settings that do not go together.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// It is of no use.
+    /// It is of no use, or does not go with others.
     #[error("{origin}: {problem}")]
     Use {
         /// Where it was given.
@@ -181,11 +178,22 @@ pub fn settings() -> Vec<Param> {
     [memory].into_iter().chain(fields).collect()
 }
 
-/// The settings of what is behind the port, and all others.
-pub fn split(settings: &[Setting]) -> (Vec<Setting>, Vec<Setting>) {
-    settings.iter().cloned().partition(|setting| {
-        let name = &*setting.name;
-        name == OUTSIDE || name == CLOCK || name.starts_with(DRAM)
+/// The names of all settings.
+fn names() -> impl Iterator<Item = &'static str> {
+    [OUTSIDE].into_iter().chain(FIELDS.iter().map(|field| field.name))
+}
+
+/// The settings of what is behind the port, and all others. One that neither it nor the machine has is of the side whose
+/// names are most like it.
+pub fn split(settings: &[Setting], machine: &[Param]) -> (Vec<Setting>, Vec<Setting>) {
+    let board: Vec<&str> = names().collect();
+    let machine: Vec<&str> = machine.iter().map(|param| &*param.name).collect();
+    settings.iter().cloned().partition(|Setting { name, .. }| {
+        let name = &**name;
+        let all = board.iter().chain(&machine).copied();
+        let like_one = || nearest(name, all).is_some_and(|near| board.contains(&near));
+        let known = board.contains(&name) || name.starts_with(DRAM);
+        known || (!machine.contains(&name) && like_one())
     })
 }
 
@@ -216,6 +224,17 @@ fn power_of_two(setting: &Setting, to: u32) -> Result<u32, BoardError> {
 fn part(setting: &Setting) -> Result<Part, BoardError> {
     let value = &*setting.value;
     let is_file = value.ends_with(".toml") || value.contains(std::path::MAIN_SEPARATOR);
+    if !is_file && !Part::NAMES.contains(&value) {
+        let memories = [&[FIXED], &Part::NAMES[..]].concat();
+        let near = did_you_mean(&nearest(value, memories.iter().copied()));
+        let known = quoted(&memories);
+        return Err(BoardError::Use {
+            origin: setting.origin.clone(),
+            problem: format!(
+                "unknown memory `{value}`{near}; known are {known}, and the files of parts (.toml)"
+            ),
+        });
+    }
     let part = if is_file { Part::open(Path::new(value)) } else { Part::named(value) };
     part.map_err(|error| BoardError::Part {
         origin: setting.origin.clone(),
@@ -229,7 +248,6 @@ fn part(setting: &Setting) -> Result<Part, BoardError> {
 /// See [`BoardError`].
 pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Model>, BoardError> {
     let last = |name: &str| settings.iter().rev().find(|setting| setting.name == name);
-    let names = || [OUTSIDE].into_iter().chain(FIELDS.iter().map(|field| field.name));
     for Setting { name, origin, .. } in settings {
         if !names().any(|known| known == name) {
             let near = nearest(name, names()).map(str::to_string);
@@ -239,7 +257,11 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
         }
     }
     let Some(chosen) = last(OUTSIDE).filter(|setting| setting.value != FIXED) else {
-        return match settings.iter().find(|setting| setting.name != OUTSIDE) {
+        // What was said of a DRAM goes where `fixed` is said over it.
+        let over = settings.iter().rposition(|setting| setting.name == OUTSIDE);
+        let replaced = settings.iter().take(over.unwrap_or(0)).any(|s| s.name == OUTSIDE);
+        let left = &settings[if replaced { over.unwrap_or(0) } else { 0 }..];
+        return match left.iter().find(|setting| setting.name != OUTSIDE) {
             None => Ok(model),
             Some(Setting { name, origin, .. }) => Err(BoardError::Use {
                 origin: origin.clone(),
@@ -259,7 +281,10 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
         .chain(fields)
         .collect();
     let config = with.memory();
-    let dram = Dram::new(config.clone())?;
+    let dram = Dram::new(config.clone()).map_err(|error| BoardError::Use {
+        origin: last("dram_ranks").unwrap_or(chosen).origin.clone(),
+        problem: error.to_string(),
+    })?;
     let port = model.port();
     if !port.exists() {
         return Err(BoardError::Use {

@@ -27,7 +27,7 @@ fn given(list: &[(&str, &str)]) -> Vec<Setting> {
 /// A T-buffer with little room on chip, and what the settings put behind its port.
 fn machine(list: &[(&str, &str)]) -> Result<Box<dyn Model>, BoardError> {
     let all = [&[("sections", "20"), ("outside_sections", "4000")][..], list].concat();
-    let (board, parameters) = split(&given(&all));
+    let (board, parameters) = split(&given(&all), &(ARCHITECTURE.parameters)());
     behind(ARCHITECTURE.build(scene().screen(), None, &parameters).unwrap(), &board)
 }
 
@@ -138,11 +138,31 @@ fn without_a_part_nothing_is_added() {
 }
 
 #[test]
+fn what_a_file_says_of_a_dram_goes_where_fixed_is_said_over_it() {
+    let list = [("outside", "ddr4-3200"), ("dram_page", "closed"), ("outside", "fixed")];
+    assert!(machine(&list).unwrap().values().iter().all(|(name, _)| name != "outside"));
+    let after = [&list[..], &[("dram_refresh", "per-bank")]].concat();
+    assert_eq!(
+        refused(&after),
+        "-p dram_refresh=per-bank: `dram_refresh` needs a DRAM: expected `outside=` and a part"
+    );
+}
+
+#[test]
 fn what_is_wrong_is_named() {
     assert_eq!(
+        refused(&[("outsid", "ddr4-3200")]),
+        "-p outsid=ddr4-3200: unknown parameter `outsid` (did you mean `outside`?); known are `outside`, \
+         `dram_channels`, `dram_ranks`, `dram_mapping`, `dram_scheduler`, `dram_page`, `dram_refresh`, `clock_mhz`"
+    );
+    assert_eq!(
+        refused(&[("outside", "ddr4-3200"), ("dram_ranks", "16")]),
+        "-p dram_ranks=16: a data bus of `ddr4-3200` with 16 ranks has 256 banks: expected at most 128"
+    );
+    assert_eq!(
         refused(&[("outside", "ddr5")]),
-        "-p outside=ddr5: unknown part `ddr5` (did you mean `lpddr5-6400`?); known are `ddr4-3200`, `lpddr5-6400`, \
-         `gddr6-14000`, `hbm3-6400`"
+        "-p outside=ddr5: unknown memory `ddr5` (did you mean `lpddr5-6400`?); known are `fixed`, `ddr4-3200`, \
+         `lpddr5-6400`, `gddr6-14000`, `hbm3-6400`, and the files of parts (.toml)"
     );
     assert_eq!(
         refused(&[("dram_ranks", "2")]),

@@ -351,11 +351,11 @@ fn a_full_disk_is_said_of_every_file() {
     }
 }
 
-/// One with a DRAM has settings that the other does not have, whichever comes first: they are no sweep.
+/// One with a DRAM has settings and figures that the other does not have, whichever comes first: they are no sweep.
 #[test]
 fn a_machine_with_a_dram_stands_beside_one_without() {
     let folder = folder();
-    let machines = ["tbuffer,outside=ddr4-3200", "tbuffer"];
+    let machines = ["tbuffer,sections=9,outside=ddr4-3200", "tbuffer,sections=9"];
     for [first, second] in [machines, [machines[1], machines[0]]] {
         let output = compare(
             folder.path(),
@@ -363,5 +363,17 @@ fn a_machine_with_a_dram_stands_beside_one_without() {
         );
         assert!(output.status.success(), "{}", stderr(&output));
         assert_eq!(stderr(&output), "");
+        let table = String::from_utf8(output.stdout).unwrap();
+        let row = table.lines().find(|line| line.contains("outside.bytes_moved")).expect(&table);
+        let [.., left, right] = *row.split_whitespace().collect::<Vec<_>>() else {
+            panic!("{row}")
+        };
+        let (with, without) = if first == machines[0] { (left, right) } else { (right, left) };
+        assert!(with.replace(',', "").parse::<u64>().is_ok_and(|bytes| bytes > 0), "{row}");
+        assert_eq!(without, "-", "{row}");
+        let csv = std::fs::read_to_string(folder.path().join("compare.csv")).unwrap();
+        let moved: Vec<&str> =
+            csv.lines().filter(|line| line.contains("outside.bytes_moved")).collect();
+        assert!(matches!(moved[..], [line] if line.contains("outside=ddr4-3200")), "{moved:?}");
     }
 }
