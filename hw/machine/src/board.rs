@@ -3,7 +3,7 @@
 //! The words are kept here; when a request is taken and when a read is answered is the [`Timing`]'s to say.
 
 use crate::machine::Machine;
-use crate::outside::{self, In, Outside, Wires, Word};
+use crate::outside::{self, In, Outside, Table, Wires, Word};
 use pellucid_sim::{Block, Figure, Memory, Ram1RW, Storage, Stream};
 use std::collections::VecDeque;
 use std::marker::PhantomData;
@@ -77,10 +77,16 @@ impl Timing for Fixed {
     }
 }
 
+/// A table in outside memory.
+struct Region {
+    path: String,
+    size: u32,
+    words: Ram1RW<Word>,
+}
+
 /// An outside memory.
 struct OutsideMemory {
-    path: String,
-    words: Ram1RW<Word>,
+    regions: Vec<Region>,
     timing: Box<dyn Timing>,
     /// Words that were read and not answered.
     answers: VecDeque<Word>,
@@ -92,10 +98,13 @@ struct OutsideMemory {
 }
 
 impl OutsideMemory {
-    fn new(port: outside::Config, Outside { path, latency }: Outside) -> OutsideMemory {
+    fn new(Outside { tables, latency }: Outside) -> OutsideMemory {
+        let region = |Table { path, words, bits }| {
+            let port = outside::Config { words, bits };
+            Region { path, size: words, words: Ram1RW::new(words, port, 1).outside() }
+        };
         let mut memory = OutsideMemory {
-            path,
-            words: Ram1RW::new(port.words, port, 1).outside(),
+            regions: tables.into_iter().map(region).collect(),
             timing: Box::new(Fixed::new(latency)),
             answers: VecDeque::new(),
             shows: In::default(),
@@ -136,14 +145,18 @@ impl OutsideMemory {
             self.answers.pop_front();
         }
         let asked = request.payload;
-        if request.fires() && asked.write {
-            self.words.write(asked.address, asked.word);
-        } else if request.fires() {
-            self.words.read(asked.address);
-        }
-        let fault = self.words.clock();
-        if request.fires() && !asked.write {
-            self.answers.push_back(self.words.q().data);
+        let mut fault = false;
+        if request.fires() {
+            let (address, words) = region(&mut self.regions, asked.address);
+            if asked.write {
+                words.write(address, asked.word);
+            } else {
+                words.read(address);
+            }
+            fault = words.clock();
+            if !asked.write {
+                self.answers.push_back(words.q().data);
+            }
         }
         let what = Asked { write: asked.write, address: asked.address };
         self.timing.cycle(request.fires().then_some(what), response.fires());
@@ -152,23 +165,42 @@ impl OutsideMemory {
     }
 }
 
+/// The table that has the word of that number, and the word's number in it. What lies behind all of them is the last one's.
+#[inline]
+fn region(regions: &mut [Region], mut address: u32) -> (u32, &mut Ram1RW<Word>) {
+    let (last, others) = regions.split_last_mut().expect("a table in outside memory");
+    for Region { size, words, .. } in others {
+        if address < *size {
+            return (address, words);
+        }
+        address -= *size;
+    }
+    (address, &mut last.words)
+}
+
 impl Memory for OutsideMemory {
     #[inline(always)]
     fn clock(&mut self) -> bool {
         self.works && self.work()
     }
     fn reset(&mut self) {
-        self.words.reset();
+        for region in &mut self.regions {
+            region.words.reset();
+        }
         self.timing.reset();
         self.answers.clear();
         self.works = false;
         self.show();
     }
     fn visit(&mut self, _: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
-        to(&self.path, &mut self.words);
+        for Region { path, words, .. } in &mut self.regions {
+            to(path, words);
+        }
     }
     fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
-        to(&mut self.words);
+        for region in &mut self.regions {
+            to(&mut region.words);
+        }
     }
 }
 
@@ -245,7 +277,7 @@ impl<M: Machine> Block for Board<M> {
     }
 
     fn memories(cfg: &M::Config) -> Memories<M> {
-        let outside = M::outside(cfg).map(|outside| OutsideMemory::new(M::port(cfg), outside));
+        let outside = M::outside(cfg).map(OutsideMemory::new);
         Memories { machine: M::memories(cfg), outside }
     }
 
@@ -273,14 +305,13 @@ impl<M: Machine> Block for Board<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outside::{Config, Request};
+    use crate::outside::Request;
     use pellucid_sim::{FaultKind, Label};
     use proptest::prelude::*;
 
-    const PORT: Config = Config { words: 8, bits: 80 };
-
     fn memory(latency: u32) -> OutsideMemory {
-        OutsideMemory::new(PORT, Outside { path: "outside".to_string(), latency })
+        let table = |path: &str, words| Table { path: path.to_string(), words, bits: 80 };
+        OutsideMemory::new(Outside { tables: vec![table("low", 3), table("high", 5)], latency })
     }
 
     fn word(number: u64) -> Word {
@@ -330,8 +361,25 @@ mod tests {
         assert!(cycle(&mut memory, read(8), true));
         let mut found = vec![];
         memory.visit("", &mut |path, storage| found.push((path.to_string(), storage.take_fault())));
-        let fault = FaultKind::Address { addr: 8, words: 8 };
-        assert_eq!(found, [("outside".to_string(), Some(fault))]);
+        let fault = FaultKind::Address { addr: 5, words: 5 };
+        assert_eq!(found, [("low".to_string(), None), ("high".to_string(), Some(fault))]);
+    }
+
+    #[test]
+    fn the_traffic_of_each_table_is_counted() {
+        let mut memory = memory(1);
+        for address in 0..8 {
+            cycle(&mut memory, write(address, 7), true);
+        }
+        for address in [0, 7, 6] {
+            cycle(&mut memory, read(address), true);
+        }
+        let mut found = vec![];
+        memory.visit("", &mut |path, storage| {
+            let info = storage.info();
+            found.push((path.to_string(), info.reads, info.writes));
+        });
+        assert_eq!(found, [("low".to_string(), 1, 3), ("high".to_string(), 2, 5)]);
     }
 
     #[test]

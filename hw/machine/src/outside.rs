@@ -98,16 +98,30 @@ pub struct Wires {
 /// What is behind a machine's port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outside {
-    /// The path under which its traffic is counted, as if it were one of the machine's own memories.
-    pub path: String,
+    /// What lies there, one behind the other from word 0 on.
+    pub tables: Vec<Table>,
     /// Cycles from a read request to its word, at least 1.
     pub latency: u32,
+}
+
+/// One of the tables that lie in outside memory.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// The path under which its traffic is counted, as if it were one of the machine's own memories.
+    pub path: String,
+    /// Words that it has.
+    pub words: u32,
+    /// Bits of a word.
+    pub bits: u32,
 }
 
 impl Outside {
     /// The same memory, of a machine that is the part `part` of another one.
     #[must_use]
-    pub fn within(self, part: &str) -> Outside {
-        Outside { path: format!("{part}.{}", self.path), ..self }
+    pub fn within(mut self, part: &str) -> Outside {
+        for table in &mut self.tables {
+            table.path = format!("{part}.{}", table.path);
+        }
+        self
     }
 }

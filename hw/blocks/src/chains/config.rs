@@ -5,7 +5,7 @@ use super::tables::Word;
 use crate::allocator::{self, AllocatorKind, Choice};
 use pellucid_machine::Outside;
 use pellucid_machine::choice;
-use pellucid_machine::outside;
+use pellucid_machine::outside::{self, Table};
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{bits_for, check_range};
 
@@ -159,7 +159,9 @@ impl Config {
     /// The memory behind it.
     pub fn outside_memory(&self) -> Option<Outside> {
         let latency = self.shape.outside_latency;
-        self.port().exists().then(|| Outside { path: "sections.outside".to_string(), latency })
+        let outside::Config { words, bits } = self.port();
+        let table = || Table { path: "sections.outside".to_string(), words, bits };
+        self.port().exists().then(|| Outside { tables: vec![table()], latency })
     }
     /// The first section outside.
     #[inline]
