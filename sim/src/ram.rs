@@ -225,12 +225,6 @@ impl<T: Signals + Default> Ram1R1W<T> {
         let (read, write) = (ReadPort::default(), WritePort::default());
         Ram1R1W { core: Words::new(words, item, latency), policy, read, write }
     }
-    /// The same memory outside of the chip: it counts as no area.
-    #[must_use]
-    pub fn outside(mut self) -> Ram1R1W<T> {
-        self.core.outside = true;
-        self
-    }
     /// What it shows in this cycle.
     #[inline(always)]
     pub fn q(&self) -> Read<T> {
@@ -341,7 +335,7 @@ impl<T: Signals + Default> Ram1RW<T> {
     pub fn new(words: u32, item: T::Config, latency: u32) -> Ram1RW<T> {
         Ram1RW { core: Words::new(words, item, latency), port: Port::default() }
     }
-    /// The same memory outside of the chip: it counts as no area.
+    /// The same memory outside of the chip.
     #[must_use]
     pub fn outside(mut self) -> Ram1RW<T> {
         self.core.outside = true;

@@ -1,12 +1,12 @@
 //! What a machine takes as hardware: Yosys maps its Verilog to the cells of an FPGA, and they are counted.
 //!
 //! The cells are those of the Xilinx 7 series: look-up tables of six inputs, flip-flops, block RAMs of
-//! 36 Kbit and DSP slices. Nothing is placed or routed. Memory outside of the chip is left out.
+//! 36 Kbit and DSP slices. Nothing is placed or routed.
 
 use crate::output::scratch::Scratch;
 use crate::output::{OutputError, put, reason};
 use crate::progress::waiting;
-use pellucid_sim::netlist::Module;
+use pellucid_sim::netlist::{Module, Ram};
 use pellucid_verilog::{File, instances};
 use std::collections::BTreeSet;
 use std::fs;
@@ -118,17 +118,6 @@ impl Part {
     }
 }
 
-/// A memory that is not on the chip.
-#[derive(Clone, Debug)]
-pub struct Outside {
-    /// Its path.
-    pub path: String,
-    /// Its words.
-    pub words: u64,
-    /// Bits of a word.
-    pub bits_per_word: u32,
-}
-
 /// What a machine takes.
 #[derive(Clone, Debug)]
 pub struct Area {
@@ -136,8 +125,6 @@ pub struct Area {
     pub tool: String,
     /// The machine and its blocks, each before those in it.
     pub parts: Vec<Part>,
-    /// Memories that are not counted.
-    pub outside: Vec<Outside>,
     /// Cells between two registers or memories, on the path that has the most of them.
     pub longest_path: u64,
     /// The blocks that this path goes through, in order.
@@ -156,7 +143,6 @@ impl Area {
         let mut area = Area {
             tool: String::new(),
             parts: vec![],
-            outside: vec![],
             longest_path: 0,
             through: vec![],
             unknown: BTreeSet::new(),
@@ -171,16 +157,8 @@ impl Area {
         let cells = Cells::default();
         let (block, name) = (module.name, prefix.clone());
         self.parts.push(Part { path: path.to_string(), block, cells, prefix, size: 1 });
-        let mut bits = 0;
-        for ram in &module.rams {
-            let (words, bits_per_word) = (ram.info.words, ram.info.bits_per_word);
-            if ram.info.outside {
-                let path = joined(path, &ram.path);
-                self.outside.push(Outside { path, words, bits_per_word });
-            } else {
-                bits += words * u64::from(bits_per_word);
-            }
-        }
+        let bits_of = |ram: &Ram| ram.info.words * u64::from(ram.info.bits_per_word);
+        let mut bits = module.rams.iter().map(bits_of).sum();
         for (child, called) in module.instances.iter().zip(instances(module)) {
             let (path, prefix) = (joined(path, &child.path), format!("{name}{called}."));
             bits += self.lay_out(&child.module, &path, prefix);
@@ -251,34 +229,19 @@ impl Area {
     }
 }
 
-/// A memory's module with its ports alone, under the name that [`script`] gives to those outside.
-fn stub(ram: &File) -> Option<File> {
-    let name = ram.name.strip_suffix(".v")?;
-    let start = ram.text.find(&format!("module {name} "))?;
-    let header = &ram.text[start..start + ram.text[start..].find(");")?];
-    let header = header.replacen(name, &format!("outside_{name}"), 1);
-    let text = format!("(* blackbox *)\n{header});\nendmodule\n");
-    Some(File { name: format!("outside_{name}.v"), text })
-}
-
 /// What Yosys is told: map each block by itself, then flatten to count by the paths in cells' names.
-fn script(top: &str, files: &[File], stubs: &[File]) -> String {
-    let names: Vec<&str> = files.iter().chain(stubs).map(|file| file.name.as_str()).collect();
-    let mut script = format!("read_verilog {}\n", names.join(" "));
-    for stub in stubs.iter().filter_map(|file| file.name.strip_suffix(".v")) {
-        let ram = stub.trim_start_matches("outside_");
-        script += &format!("chtype -set {stub} a:outside t:{ram} %i\n");
-    }
-    script
-        + &format!(
-            "hierarchy -check -top {top}\n\
-             synth_xilinx -family xc7 -noiopad -noclkbuf -top {top}\n\
-             flatten\n\
-             delete t:outside_*\n\
-             write_blif -cname {MAPPED}\n\
-             delete t:FD* t:RAM* t:SRL*\n\
-             tee -o {LONGEST} ltp\n"
-        )
+fn script(top: &str, files: &[File]) -> String {
+    let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+    let names = names.join(" ");
+    format!(
+        "read_verilog {names}\n\
+         hierarchy -check -top {top}\n\
+         synth_xilinx -family xc7 -noiopad -noclkbuf -top {top}\n\
+         flatten\n\
+         write_blif -cname {MAPPED}\n\
+         delete t:FD* t:RAM* t:SRL*\n\
+         tee -o {LONGEST} ltp\n"
+    )
 }
 
 /// Counts what a machine takes. `top` is the last of `files`.
@@ -295,13 +258,11 @@ pub fn measure(machine: &Module, files: &[File], quiet: bool) -> Result<Area, Ar
     area.tool = version;
 
     let top = files.last().and_then(|file| file.name.strip_suffix(".v")).unwrap_or_default();
-    let rams = files.iter().filter(|file| ["ram_1r1w.v", "ram_1rw.v"].contains(&&*file.name));
-    let stubs: Vec<File> = rams.filter_map(stub).collect();
     let scratch = Scratch::new()?;
-    for File { name, text } in files.iter().chain(&stubs) {
+    for File { name, text } in files {
         put(&scratch.path().join(name), text)?;
     }
-    put(&scratch.path().join(SCRIPT), &script(top, files, &stubs))?;
+    put(&scratch.path().join(SCRIPT), &script(top, files))?;
     let path = scratch.path().join(LOG);
     let log = || fs::File::options().create(true).append(true).open(&path);
     let both = log().and_then(|out| Ok((out, log()?)));
@@ -375,16 +336,5 @@ mod tests {
             (3, vec!["queue".to_string(), String::new()])
         );
         assert!(!free_list().follow("Longest topological path in free_list (length=none):\n"));
-    }
-
-    #[test]
-    fn an_outside_memory_is_its_ports() {
-        let text = "// A memory.\nmodule ram_1rw #(\n  parameter BITS = 1\n) (\n  input clk\n);\n  reg x;\nendmodule\n";
-        let stub = stub(&File { name: "ram_1rw.v".into(), text: text.into() }).unwrap();
-        assert_eq!(stub.name, "outside_ram_1rw.v");
-        assert_eq!(
-            stub.text,
-            "(* blackbox *)\nmodule outside_ram_1rw #(\n  parameter BITS = 1\n) (\n  input clk\n);\nendmodule\n"
-        );
     }
 }

@@ -358,10 +358,7 @@ fn ram_instance(ram: &Ram, driven: &Driven, e: &Expressions) -> String {
     list.push(("valid_o", driven.outputs[0].name.clone()));
     list.push(("data_o", driven.outputs[1].name.clone()));
     let list: Vec<(String, String)> = list.into_iter().map(|(p, w)| (p.to_string(), w)).collect();
-    // The comparison of an exported machine replays its outside memory as well; a tool that counts
-    // area leaves out what has this attribute.
-    let outside = if info.outside { "(* outside *) " } else { "" };
-    format!("  {outside}{of} #({parameters}) {} (\n{}\n  );\n", driven.instance, pins(&list))
+    format!("  {of} #({parameters}) {} (\n{}\n  );\n", driven.instance, pins(&list))
 }
 
 /// Signals of which something is not used.

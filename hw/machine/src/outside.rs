@@ -10,7 +10,7 @@
 //! their order, so that a read gives what was written before it. Reads are answered in their order, each after any time of
 //! a cycle or more; a write has no answer. [`board`](crate::board) has the memory.
 
-use pellucid_sim::{Handshake, Label, Signals, Stream, bits_for};
+use pellucid_sim::{Handshake, Label, Signals, Stream, bits_for, rtl};
 
 /// A machine's port: what its widths depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +56,35 @@ pub struct Word {
     pub high: u64,
     /// Which item it holds, in waveforms.
     pub label: Label,
+}
+
+/// A fragment as a word: its depth lowest, then its colour, then what is kept beside it.
+#[inline(always)]
+#[rtl]
+pub fn packed(z: u32, rgba: u32, beside: u32, label: Label) -> Word {
+    let (z, rgba, beside) = (u64::from(z), u64::from(rgba), u64::from(beside));
+    Word { low: beside << 56 | rgba << 24 | z, high: beside >> 8, label }
+}
+
+/// The depth of the fragment that a word holds.
+#[inline(always)]
+#[rtl]
+pub fn depth(word: Word) -> u32 {
+    (word.low & 0xff_ffff) as u32
+}
+
+/// Its colour, `0xRRGGBBAA`.
+#[inline(always)]
+#[rtl]
+pub fn colour(word: Word) -> u32 {
+    (word.low >> 24 & 0xffff_ffff) as u32
+}
+
+/// What is kept beside it.
+#[inline(always)]
+#[rtl]
+pub fn beside(word: Word) -> u32 {
+    (word.low >> 56 | word.high << 8) as u32
 }
 
 /// What a machine asks for.

@@ -11,6 +11,8 @@ pub const Z_FAR: u32 = (1 << Z_BITS) - 1;
 
 /// Bits of a colour without alpha, `0xRRGGBB`.
 pub const COLOUR_BITS: u32 = 24;
+/// Bits of a fragment's colour, `0xRRGGBBAA`.
+pub const RGBA_BITS: u32 = 32;
 
 /// One fragment as the rasteriser hands it over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]

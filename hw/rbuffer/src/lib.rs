@@ -119,6 +119,10 @@ pub struct Out {
     /// Fragments in each pixel's blending order.
     #[with(cfg.screen.pixel_bits())]
     pub picked: Handshake<Marked<Sorted>>,
+    /// The port to the part of the queue outside.
+    #[with(cfg.queue.port())]
+    #[exists(cfg.queue.port().exists())]
+    pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
 }
@@ -156,7 +160,7 @@ pub struct Events {
 
 #[rtl(
     name = "rbuffer",
-    input = InConfig { screen: cfg.screen, outside: outside::Config::NONE },
+    input = InConfig { screen: cfg.screen, outside: cfg.queue.port() },
     moore = (),
     output = *cfg,
     check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
@@ -193,9 +197,13 @@ impl Block for RBuffer {
         let resolving = matches!(front.status.phase, Phase::Resolve);
 
         // What comes for the first time, or again.
-        let popped = Stream {
-            valid: (passes.items && queue.front.valid) || passes.end,
-            payload: Marked { end: passes.end, item: queue.front.payload },
+        let popped = if passes.end {
+            Stream::offer(Marked::end())
+        } else {
+            Stream {
+                valid: passes.items && queue.front.valid,
+                payload: Marked::item(queue.front.payload),
+            }
         };
         let select = if storing || resolving || front.clear.valid {
             let to_selector = selector::In {
@@ -215,8 +223,8 @@ impl Block for RBuffer {
         };
         let stored = select.ended && !resolving;
         let queued = if storing || resolving {
-            let to_queue =
-                queue::In { push: select.pushed, pop: resolving && passes.items && selector_ready };
+            let pop = resolving && passes.items && selector_ready;
+            let to_queue = queue::In { push: select.pushed, pop, outside: i.outside };
             Queue::next(&cfg.queue, &q.queue, &mut d.queue, &mut m.queue, to_queue)
         } else {
             queue::Out::default()
@@ -277,6 +285,11 @@ impl Block for RBuffer {
             popped: popped.with(selector_ready),
             pushed: select.pushed.with(queue.ready),
             picked: picked.with(true),
+            // What was asked for always finds room.
+            outside: outside::Wires {
+                request: queued.request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            },
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,

@@ -5,7 +5,7 @@ use super::{Out, RBuffer, State};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
-use pellucid_machine::outside;
+use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
@@ -79,14 +79,18 @@ pub struct RBufferMonitor {
     own: RBufferCounters,
     /// The most fragments that the queue held, on chip, outside and on their way.
     peak_queue: u32,
+    /// The most of them that lay outside.
+    peak_outside: u32,
     popped: StreamMonitor<Marked<PixelFragment>>,
     pushed: StreamMonitor<PixelFragment>,
     picked: StreamMonitor<Marked<Sorted>>,
+    request: StreamMonitor<Request>,
 }
 
 impl RBufferMonitor {
     fn streams(&self) -> Vec<Seen> {
-        self.front.streams([seen(&self.popped), seen(&self.pushed), seen(&self.picked)])
+        let own = [seen(&self.popped), seen(&self.pushed), seen(&self.picked), seen(&self.request)];
+        self.front.streams(own)
     }
 }
 
@@ -107,8 +111,16 @@ impl Machine for RBuffer {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: outside::Wires::default(),
+            outside: out.outside,
         }
+    }
+
+    fn port(cfg: &Config) -> outside::Config {
+        cfg.queue.port()
+    }
+
+    fn outside(cfg: &Config) -> Option<Outside> {
+        cfg.queue.outside_memory()
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -166,9 +178,11 @@ impl Monitor<RBuffer> for RBufferMonitor {
             hidden_in_band: 0,
             own: RBufferCounters::default(),
             peak_queue: 0,
+            peak_outside: 0,
             popped: StreamMonitor::new("popped", "passes", "selector"),
             pushed: StreamMonitor::new("pushed", "selector", "queue"),
             picked: StreamMonitor::new("picked", "selector", "blender"),
+            request: StreamMonitor::new("request", "queue", "outside"),
         }
     }
 
@@ -188,6 +202,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
         self.popped.observe(o.popped)?;
         self.pushed.observe(o.pushed)?;
         self.picked.observe(o.picked)?;
+        self.request.observe(o.outside.request)?;
 
         let resolve = o.phase == Phase::Resolve;
         let pushed = u64::from(o.pushed.fires());
@@ -218,6 +233,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             f.spilled += u64::from(e.spilled);
         }
         let queue = &q.queue;
+        self.peak_outside = self.peak_outside.max(queue.outside);
         self.peak_queue = self.peak_queue.max(queue.on_chip.count + queue.flying + queue.outside);
         Ok(())
     }
@@ -241,6 +257,10 @@ impl Monitor<RBuffer> for RBufferMonitor {
             ..self.own
         };
         let f = &self.fragments;
+        let mut memories = Memories::new(memories);
+        if cfg.queue.port().exists() {
+            memories.set_peak("queue.outside", self.peak_outside.into());
+        }
         Tally {
             cycles: self.front.cycles(),
             further_cycles: vec![],
@@ -254,7 +274,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             },
             dropped_since: "the queue was full (see `queue`, `overflow` and `outside_queue`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
-            memories: Memories::new(memories).tallies(),
+            memories: memories.tallies(),
             seed_accesses: own.queued + 2 * own.popped + f.blended,
             seed_bytes: seed_bytes(cfg, cfg.capacity()),
             seed_bytes_used: seed_bytes(cfg, own.peak_queue),

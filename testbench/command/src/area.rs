@@ -105,14 +105,6 @@ fn as_text(arch: &str, args: &AreaArgs, area: &Area) -> String {
         area.longest_path,
         through.collect::<Vec<_>>().join(", ")
     );
-    for memory in &area.outside {
-        text += &format!(
-            "Outside memory, not counted: {}, {} words of {} bits.\n",
-            memory.path,
-            grouped(&json!(memory.words)),
-            memory.bits_per_word
-        );
-    }
     for cell in &area.unknown {
         text += &format!("Cells of a type that is not known here, not counted: {cell}.\n");
     }
@@ -131,11 +123,6 @@ fn as_json(arch: &str, args: &AreaArgs, config: &[(String, Value)], area: &Area)
             block
         })
         .collect();
-    let outside: Vec<Json> = area
-        .outside
-        .iter()
-        .map(|m| json!({ "name": m.path, "words": m.words, "bits_per_word": m.bits_per_word }))
-        .collect();
     json!({
         "arch": arch,
         "width": args.width,
@@ -145,7 +132,6 @@ fn as_json(arch: &str, args: &AreaArgs, config: &[(String, Value)], area: &Area)
         "family": "xc7",
         "blocks": blocks,
         "longest_path": { "cells": area.longest_path, "through": area.through },
-        "outside": outside,
         "unknown_cells": area.unknown,
     })
 }

@@ -6,9 +6,7 @@
 //! the receiver is always ready, so that all that is due must come.
 
 use crate::reference::{Judged, Long, Reference};
-use pellucid_machine::pixel::{PixelFragment, Screen};
-use pellucid_rbuffer::queue;
-use pellucid_sim::{Block, Fault, Fifo, Label, Registers, Signals, Stream, fifo};
+use pellucid_sim::{Block, Fault, Fifo, Registers, Signals, Stream, fifo};
 use proptest::prelude::*;
 use std::fmt::{self, Debug};
 
@@ -68,37 +66,6 @@ impl Stage for crate::fifo::Alone<Fifo<u32>> {
         seen.ready
     }
     fn given(seen: &fifo::Moore<u32>) -> Stream<u32> {
-        seen.front
-    }
-}
-
-impl Stage for queue::Queue {
-    type Item = PixelFragment;
-    type Gives = PixelFragment;
-    fn configs() -> Vec<queue::Config> {
-        let screen = Screen { width: 8, height: 8, background: 0 };
-        let shapes = [(2, 0, 1), (2, 1, 1), (3, 2, 2), (2, 9, 4), (7, 20, 5)];
-        let config =
-            |(on_chip, outside, latency)| queue::Config { on_chip, outside, latency, screen };
-        shapes.map(config).to_vec()
-    }
-    fn item(_: &queue::Config, number: u32) -> PixelFragment {
-        let label = Label::new(number, 0, 0);
-        PixelFragment { pixel: number % 64, z: number, rgba: number << 8, label }
-    }
-    fn gives(_: &queue::Config, items: &[PixelFragment]) -> Vec<PixelFragment> {
-        items.to_vec()
-    }
-    fn latency(cfg: &queue::Config) -> u32 {
-        cfg.latency + 1
-    }
-    fn inputs(push: Stream<PixelFragment>, pop: bool) -> queue::In {
-        queue::In { push, pop }
-    }
-    fn ready(seen: &queue::Moore) -> bool {
-        seen.ready
-    }
-    fn given(seen: &queue::Moore) -> Stream<PixelFragment> {
         seen.front
     }
 }

@@ -2,7 +2,7 @@
 
 use super::config::Config;
 use pellucid_machine::outside;
-use pellucid_machine::pixel::Z_BITS;
+use pellucid_machine::pixel::{RGBA_BITS, Z_BITS};
 use pellucid_sim::{Label, Signals, rtl};
 
 /// A word of the SSA (start-section address) table: a pixel's chain of sections.
@@ -47,8 +47,6 @@ pub struct NsaEntry {
     pub fill: u32,
 }
 
-const RGBA_BITS: u32 = 32;
-
 /// A fragment as a section holds it; its pixel is known from the chain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 pub struct Word {
@@ -65,24 +63,19 @@ pub struct Word {
     pub label: Label,
 }
 
-/// A fragment as a word of outside memory: its depth lowest, then its colour, then its weight.
+/// A fragment as a word of outside memory.
 #[inline(always)]
 #[rtl]
 pub fn packed(word: Word) -> outside::Word {
-    let (z, rgba, weight) = (u64::from(word.z), u64::from(word.rgba), u64::from(word.weight));
-    outside::Word { low: weight << 56 | rgba << 24 | z, high: weight >> 8, label: word.label }
+    outside::packed(word.z, word.rgba, word.weight, word.label)
 }
 
 /// The fragment that a word of outside memory holds.
 #[inline(always)]
 #[rtl]
 pub fn unpacked(word: outside::Word) -> Word {
-    Word {
-        z: (word.low & 0xff_ffff) as u32,
-        rgba: (word.low >> 24 & 0xffff_ffff) as u32,
-        weight: (word.low >> 56 | word.high << 8) as u32,
-        label: word.label,
-    }
+    let (z, rgba) = (outside::depth(word), outside::colour(word));
+    Word { z, rgba, weight: outside::beside(word), label: word.label }
 }
 
 impl Word {

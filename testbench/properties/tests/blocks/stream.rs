@@ -2,11 +2,9 @@ use crate::found;
 use pellucid_properties::fifo::Alone;
 use pellucid_properties::stream::{Model, Property, Stage};
 use pellucid_properties::stream_properties;
-use pellucid_rbuffer::queue::Queue;
 use pellucid_sim::{Block, Fifo, Signals, Stream};
 
 stream_properties!(Alone<Fifo<u32>>, fifo);
-stream_properties!(Queue, queue_outside);
 stream_properties!(Adder<NONE>, adder);
 
 /// What is wrong with [`Adder`].
