@@ -1,7 +1,7 @@
 use super::*;
-use crate::test_util::{Pattern, Source, pattern};
+use crate::test_util::{Behind, Pattern, Source, at_first, pattern, read, word, write};
 use pellucid_sim::stream::valid_ignores_ready;
-use pellucid_sim::{Label, Sim, StreamMonitor};
+use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 
@@ -11,58 +11,6 @@ const WORDS: u32 = 64;
 /// A cache of that shape, of words of 70 bits.
 pub(super) fn config(sets: u32, ways: u32, line: u32, write_back: bool) -> Config {
     Config { port: outside::Config { words: WORDS, bits: 70 }, sets, ways, line, write_back }
-}
-
-fn word(number: u64) -> Word {
-    Word { low: number, high: number & 0x3f, label: Label::NONE }
-}
-
-fn read(address: u32) -> Request {
-    Request { write: false, address, word: Word::default() }
-}
-
-fn write(address: u32, number: u64) -> Request {
-    Request { write: true, address, word: word(number) }
-}
-
-/// What a word holds before it was ever written.
-fn at_first(address: u32) -> Word {
-    word(1000 + u64::from(address))
-}
-
-/// The memory behind: takes requests in some cycles, and answers each read after a time of its own.
-struct Behind {
-    words: Vec<Word>,
-    ready: Pattern,
-    latencies: Vec<u64>,
-    reads: usize,
-    due: VecDeque<(u64, Word)>,
-}
-
-impl Behind {
-    fn new(ready: Pattern, latencies: Vec<u64>) -> Behind {
-        let words = (0..WORDS).map(at_first).collect();
-        Behind { words, ready, latencies, reads: 0, due: VecDeque::new() }
-    }
-    fn shows(&self, cycle: u64) -> outside::In {
-        let answer = self.due.front().filter(|(due, _)| *due <= cycle);
-        let response = answer.map_or(Stream::idle(), |(_, word)| Stream::offer(*word));
-        outside::In { ready: self.ready.at(cycle), response }
-    }
-    fn edge(&mut self, cycle: u64, request: Stream<Request>) {
-        let shown = self.shows(cycle);
-        if shown.response.valid {
-            self.due.pop_front();
-        }
-        let Request { write, address, word } = request.payload;
-        if request.valid && shown.ready && write {
-            self.words[address as usize] = word;
-        } else if request.valid && shown.ready {
-            let latency = self.latencies[self.reads % self.latencies.len()];
-            self.due.push_back((cycle + latency, self.words[address as usize]));
-            self.reads += 1;
-        }
-    }
 }
 
 /// What the events came to.
@@ -98,7 +46,7 @@ impl Bench {
     }
     /// In front of a memory that is always ready and answers after `latency` cycles, and ready itself.
     fn ready(cfg: Config, latency: u64) -> Bench {
-        let mut bench = Bench::new(cfg, Behind::new(Pattern::always(), vec![latency]));
+        let mut bench = Bench::new(cfg, Behind::new(WORDS, Pattern::always(), vec![latency]));
         for _ in 0..cfg.sets {
             assert!(!bench.sim.moore().client.ready && !bench.sim.moore().idle);
             bench.cycle(Stream::idle(), false);
@@ -363,7 +311,7 @@ proptest! {
         latencies in proptest::collection::vec(1u64..9, 1..6),
         flushes in proptest::collection::vec(0u64..1500, 0..5),
     ) {
-        let mut bench = Bench::new(cfg, Behind::new(ready, latencies));
+        let mut bench = Bench::new(cfg, Behind::new(WORDS, ready, latencies));
         let mut reference = Reference::new(cfg);
         let mut array: Vec<Word> = (0..WORDS).map(at_first).collect();
         let mut expected = vec![];
