@@ -22,6 +22,7 @@ pub mod depth_test;
 pub mod display;
 pub mod frame_buffer;
 pub mod front;
+pub mod round_robin;
 pub mod scanout;
 pub mod sequencer;
 pub mod skid;

@@ -33,6 +33,7 @@
 
 use super::Hierarchical;
 use super::hierarchical::{self, LATENCY};
+use crate::round_robin::{self, behind, first};
 use pellucid_sim::Block;
 use pellucid_sim::{Memory, Registers, Signals, Stream, bits_for, check_range, rtl};
 
@@ -41,7 +42,7 @@ use pellucid_sim::{Memory, Registers, Signals, Stream, bits_for, check_range, rt
 pub struct Lanes;
 
 /// The most lanes that there can be.
-pub const MAX_LANES: usize = 8;
+pub const MAX_LANES: usize = round_robin::MOST;
 /// Sections in the cache of a lane, beside the one that it offers.
 pub const CACHE: u32 = 4;
 /// How many of them a lane keeps.
@@ -208,31 +209,6 @@ pub(crate) fn after(
     next
 }
 
-/// The first lane of those that ask, counted round from the one whose turn it is.
-#[inline(always)]
-#[rtl]
-fn first(cfg: &Config, asks: [bool; MAX_LANES], turn: u32) -> Stream<u32> {
-    let mut lowest = Stream { valid: false, payload: 0 };
-    let mut next = Stream { valid: false, payload: 0 };
-    for k in 0..cfg.lanes {
-        let at = cfg.lanes - 1 - k;
-        if asks[at as usize] {
-            lowest = Stream { valid: true, payload: at };
-        }
-        if asks[at as usize] && turn <= at {
-            next = Stream { valid: true, payload: at };
-        }
-    }
-    if next.valid { next } else { lowest }
-}
-
-/// Whose turn it is after a lane.
-#[inline(always)]
-#[rtl]
-fn behind(cfg: &Config, lane: u32) -> u32 {
-    if lane == cfg.lanes - 1 { 0 } else { lane + 1 }
-}
-
 /// The lane that gets the next section of the shared allocator.
 #[inline(always)]
 #[rtl]
@@ -246,7 +222,7 @@ fn getter(cfg: &Config, lanes: [Lane; MAX_LANES], turn: u32) -> Stream<u32> {
         few[k as usize] = lane.count < HALF;
         some |= !lane.offer.valid;
     }
-    first(cfg, if some { without } else { few }, turn)
+    first(&cfg.lanes, if some { without } else { few }, turn)
 }
 
 /// The lane that gives a section to the shared allocator.
@@ -273,7 +249,7 @@ fn giver(cfg: &Config, lanes: [Lane; MAX_LANES], turn: u32, exhausted: bool) -> 
     } else {
         many
     };
-    first(cfg, asks, turn)
+    first(&cfg.lanes, asks, turn)
 }
 
 impl Contract for Lanes {
@@ -357,10 +333,10 @@ impl Block for Lanes {
             d.lanes[k as usize] = after(lane, i.take[k as usize], back, its_turn, more);
         }
         if gets.valid && shared.grant.valid {
-            d.gets = behind(cfg, gets.payload);
+            d.gets = behind(&cfg.lanes, gets.payload);
         }
         if gives.valid {
-            d.gives = behind(cfg, gives.payload);
+            d.gives = behind(&cfg.lanes, gives.payload);
         }
         let release = Stream { valid: gives.valid, payload: given };
         let to_shared = super::In { take: gets.valid, release, word: 0 };
