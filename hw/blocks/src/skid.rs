@@ -8,7 +8,8 @@
 //! ```
 //! No latency: what is pushed is offered in the same cycle. Throughput 1 while the receiver takes; after a cycle in which
 //! it does not, `ready` is low until what is kept has gone. Where a sender has more than one item to get rid of, use
-//! [`Fifo`](pellucid_sim::Fifo).
+//! [`Fifo`](pellucid_sim::Fifo). A receiver that looks at an offer before it knows whether it takes it finds it with
+//! [`offered`].
 
 use pellucid_sim::{Block, Signals, Stream, rtl};
 use std::marker::PhantomData;
@@ -29,7 +30,7 @@ pub struct State<T: Signals> {
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(T::Config)]
 pub struct In<T: Signals> {
-    /// What is to be offered. Only while `ready` is high.
+    /// What is to be offered, taken where `ready` is high.
     #[with(*cfg)]
     pub push: Stream<T>,
     /// The receiver takes what is offered.
@@ -38,13 +39,23 @@ pub struct In<T: Signals> {
 
 /// What is seen before the inputs are known.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(())]
-pub struct Moore {
+#[signals(T::Config)]
+pub struct Moore<T: Signals> {
     /// Something may be pushed.
     pub ready: bool,
+    /// What is kept.
+    #[with(*cfg)]
+    pub held: Stream<T>,
 }
 
-#[rtl(moore = (), check(Skid<u32>, 5), check(Skid<Stream<u64>>, 64))]
+/// What is offered while `held` is kept and `push` is pushed.
+#[inline(always)]
+#[rtl]
+pub fn offered<T: Copy>(held: Stream<T>, push: Stream<T>) -> Stream<T> {
+    if held.valid { held } else { push }
+}
+
+#[rtl(check(Skid<u32>, 5), check(Skid<Stream<u64>>, 64))]
 impl<T> Block for Skid<T>
 where
     T: Signals + Default,
@@ -53,7 +64,7 @@ where
     type Config = T::Config;
     type State = State<T>;
     type In = In<T>;
-    type Moore = Moore;
+    type Moore = Moore<T>;
     type Out = Stream<T>;
     type Mem = ();
 
@@ -64,13 +75,13 @@ where
     fn memories(_: &T::Config) {}
 
     #[inline(always)]
-    fn moore(_: &T::Config, q: &State<T>, (): &()) -> Moore {
-        Moore { ready: !q.held.valid }
+    fn moore(_: &T::Config, q: &State<T>, (): &()) -> Moore<T> {
+        Moore { ready: !q.held.valid, held: q.held }
     }
 
     #[inline(always)]
     fn next(_: &T::Config, q: &State<T>, d: &mut State<T>, (): &mut (), i: In<T>) -> Stream<T> {
-        let offer = if q.held.valid { q.held } else { i.push };
+        let offer = offered(q.held, i.push);
         if offer.valid {
             d.held = Stream { valid: !i.taken, payload: offer.payload };
         }
