@@ -11,9 +11,11 @@
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
+//! | [`arbiter`] | lets several clients share one outside memory |
 //! | [`weights`] | weight factors in fixed point |
 
 pub mod allocator;
+pub mod arbiter;
 pub mod bits;
 pub mod blender;
 pub mod cache;
