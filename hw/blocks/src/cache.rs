@@ -34,8 +34,8 @@
 //! The client takes its answers at once, and so does the cache. Where a queue is all that is needed to wait for the memory,
 //! use [`Skid`].
 
-mod config;
-mod tags;
+pub(crate) mod config;
+pub(crate) mod tags;
 
 pub use config::{Config, MAX_LINE};
 pub use tags::{Line, MAX_WAYS, Set};

@@ -4,9 +4,13 @@ use crate::allocator::AllocatorKind;
 use crate::chains::config::{Config, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
-use pellucid_sim::{Label, Stream};
+use pellucid_sim::stream::valid_ignores_ready;
+use pellucid_sim::{Block, Label, Registers, Sim, Stream, StreamMonitor};
 pub use pellucid_test_util::*;
+use proptest::prelude::*;
 use std::collections::VecDeque;
+use std::fmt::Debug;
+use std::ops::Range;
 
 /// Chains that keep tails, with a bitmap, as large as an architecture has them.
 pub fn shape() -> Shape {
@@ -125,5 +129,177 @@ impl Behind {
             self.due.push_back((cycle + latency, self.words[address as usize]));
             self.reads += 1;
         }
+    }
+}
+
+/// Requests of words among `addresses`; each write writes its own number.
+pub fn requests(addresses: Range<u32>, most: usize) -> impl Strategy<Value = Vec<Request>> {
+    proptest::collection::vec((any::<bool>(), addresses), 0..most).prop_map(|asks| {
+        let asks = asks.into_iter().zip(1..);
+        asks.map(|((writes, at), k)| if writes { write(at, k) } else { read(at) }).collect()
+    })
+}
+
+/// A block with a client on one side and a memory on the other.
+pub trait Before: Block<State: Registers<Config = Self::Config>> {
+    /// How often its outputs tell what.
+    type Events: Copy + Debug + Default + PartialEq;
+    /// All that was read is answered while it is idle.
+    const ANSWERED: bool;
+
+    /// Its inputs.
+    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> Self::In;
+    /// What the client sees.
+    fn client(seen: &Self::Moore, memory: outside::In) -> outside::In;
+    /// Nothing is under way.
+    fn idle(seen: &Self::Moore) -> bool;
+    /// What is asked of the memory.
+    fn asks(out: &Self::Out) -> Stream<Request>;
+    /// Counts what a cycle tells.
+    fn count(out: &Self::Out, events: &mut Self::Events);
+}
+
+/// A block between a client that takes every answer and a memory.
+pub struct Bench<B: Before> {
+    pub sim: Sim<B>,
+    pub memory: Behind,
+    from_client: StreamMonitor<Request>,
+    to_memory: StreamMonitor<Request>,
+    /// What the memory took, and when.
+    pub asked: Vec<(u64, Request)>,
+    /// What was answered, and when.
+    pub answers: Vec<(u64, Word)>,
+    pub events: B::Events,
+}
+
+impl<B: Before> Bench<B> {
+    pub fn new(cfg: B::Config, memory: Behind) -> Bench<B> {
+        Bench {
+            sim: Sim::new(cfg),
+            memory,
+            from_client: StreamMonitor::new("request", "client", "block"),
+            to_memory: StreamMonitor::new("request", "block", "memory"),
+            asked: vec![],
+            answers: vec![],
+            events: B::Events::default(),
+        }
+    }
+    fn client(&self) -> outside::In {
+        B::client(&self.sim.moore(), self.memory.shows(self.sim.cycle()))
+    }
+    fn idle(&self) -> bool {
+        B::idle(&self.sim.moore())
+    }
+    /// A cycle; whether the request was taken.
+    pub fn cycle(&mut self, request: Stream<Request>, flush: bool) -> bool {
+        let cycle = self.sim.cycle();
+        let (client, memory) = (self.client(), self.memory.shows(cycle));
+        self.answers.extend(client.response.valid.then_some((cycle, client.response.payload)));
+        self.from_client.observe(request.with(client.ready)).unwrap();
+        let inputs = |ready| B::inputs(request, outside::In { ready, ..memory }, flush);
+        let cfg = self.sim.config();
+        let memories = || B::memories(cfg);
+        assert!(valid_ignores_ready::<B, _>(cfg, self.sim.state(), memories, inputs, B::asks));
+        let out = self.sim.clock(inputs(memory.ready)).unwrap().out;
+        let asks = B::asks(&out);
+        self.to_memory.observe(asks.with(memory.ready)).unwrap();
+        self.asked.extend((asks.valid && memory.ready).then_some((cycle, asks.payload)));
+        self.memory.edge(cycle, asks);
+        B::count(&out, &mut self.events);
+        request.valid && client.ready
+    }
+    /// Cycles until the request is taken; gives the cycle in which it was.
+    pub fn ask(&mut self, request: Request) -> u64 {
+        for _ in 0..1000 {
+            if self.cycle(Stream::offer(request), false) {
+                return self.sim.cycle() - 1;
+            }
+        }
+        panic!("{request:?} is not taken");
+    }
+    /// Cycles until it is idle, at least one.
+    pub fn rest(&mut self) {
+        for _ in 0..5000 {
+            self.cycle(Stream::idle(), false);
+            if self.idle() {
+                return;
+            }
+        }
+        panic!("it does not come to rest");
+    }
+    /// Cycles from the request of a word to its answer, if nothing else is under way.
+    pub fn latency(&mut self, address: u32) -> u64 {
+        let before = self.answers.len();
+        let asked = self.ask(read(address));
+        for _ in 0..1000 {
+            if let Some((cycle, _)) = self.answers.get(before) {
+                return cycle - asked;
+            }
+            self.cycle(Stream::idle(), false);
+        }
+        panic!("it is not answered");
+    }
+    /// Cycles from a flush to the end of it.
+    pub fn flush(&mut self) -> u64 {
+        let asked = self.sim.cycle();
+        self.cycle(Stream::idle(), true);
+        assert!(!self.idle() && !self.client().ready);
+        self.rest();
+        self.sim.cycle() - asked
+    }
+
+    /// Plays requests that are offered from the cycles of `starts` on, flushes it in the cycles of `flushes`, and at the end.
+    /// Tells of each request that is taken, and of each flush. What is read is what was written last, answered in order and
+    /// once, and after a flush all is in memory.
+    pub fn play(
+        &mut self,
+        requests: &[Request],
+        starts: Pattern,
+        flushes: &[u64],
+        mut tell: impl FnMut(Option<Request>),
+    ) -> Result<(), TestCaseError> {
+        let mut array = self.memory.words.clone();
+        let mut expected = vec![];
+        let mut source = Source::new(requests.iter().copied(), starts);
+        let last = flushes.iter().max().map_or(0, |last| last + 1);
+        let (mut taken, mut flushing) = (0, false);
+        for cycle in 0.. {
+            prop_assert!(cycle < 30_000, "not all is done");
+            let (client, idle) = (self.client(), self.idle());
+            if flushing && (client.ready || idle) {
+                prop_assert!(idle);
+                prop_assert_eq!(&self.memory.words, &array, "after a flush, in cycle {}", cycle);
+                flushing = false;
+            }
+            let answered = self.answers.len() == expected.len();
+            prop_assert!(answered || !idle || !B::ANSWERED, "idle before all is answered");
+            if idle && answered && taken == requests.len() && cycle >= last {
+                break;
+            }
+            let flush = flushes.contains(&cycle);
+            let offer = source.offer(cycle);
+            let fires = self.cycle(offer, flush);
+            source.edge(client.ready);
+            if fires {
+                let Request { write, address, word } = offer.payload;
+                if write {
+                    array[address as usize] = word;
+                } else {
+                    expected.push(array[address as usize]);
+                }
+                tell(Some(offer.payload));
+                taken += 1;
+            }
+            if flush {
+                tell(None);
+                flushing = true;
+            }
+        }
+        let answers: Vec<Word> = self.answers.iter().map(|(_, word)| *word).collect();
+        prop_assert_eq!(answers, expected);
+        self.flush();
+        tell(None);
+        prop_assert_eq!(&self.memory.words, &array);
+        Ok(())
     }
 }

@@ -26,48 +26,52 @@ impl Config {
     /// Holds every number to its range.
     pub(super) fn check(&self) {
         let Config { port, sets, ways, line, .. } = *self;
-        check_range("the number of words behind a cache", port.words, 1..);
-        check_range("the number of bits of a cache's word", port.bits, 1..=128);
-        check_range("the number of words of a cache's line", line, 1..=MAX_LINE.min(port.words));
+        check_lines("cache", port, line);
         let lines = port.words / line;
         check_range("the number of ways of a cache", ways, 1..=(MAX_WAYS as u32).min(lines));
         check_range("the number of sets of a cache", sets, 1..=lines / ways);
-        for (what, value) in [
-            ("words of a cache's line", line),
-            ("ways of a cache", ways),
-            ("sets of a cache", sets),
-        ] {
-            assert!(
-                value.is_power_of_two(),
-                "the number of {what} is {value}: expected a power of two"
-            );
-        }
-        assert!(
-            port.words.is_multiple_of(line),
-            "the number of words behind a cache is {}: expected a multiple of its line's {line}",
-            port.words
-        );
+        check_power_of_two("ways of a cache", ways);
+        check_power_of_two("sets of a cache", sets);
     }
 
-    pub(super) fn line_bits(&self) -> u32 {
+    pub(crate) fn line_bits(&self) -> u32 {
         self.line.trailing_zeros()
     }
     pub(super) fn set_bits(&self) -> u32 {
         self.sets.trailing_zeros()
     }
-    pub(super) fn way_bits(&self) -> u32 {
+    pub(crate) fn way_bits(&self) -> u32 {
         self.ways.trailing_zeros()
     }
-    pub(super) fn tag_bits(&self) -> u32 {
+    pub(crate) fn tag_bits(&self) -> u32 {
         self.port.address_bits() - self.set_bits() - self.line_bits()
     }
+}
+
+/// Holds the port of a `block` and the words of its lines to their ranges.
+pub(crate) fn check_lines(block: &str, port: outside::Config, line: u32) {
+    check_range(&format!("the number of words behind a {block}"), port.words, 1..);
+    check_range(&format!("the number of bits of a {block}'s word"), port.bits, 1..=128);
+    let words = format!("words of a {block}'s line");
+    check_range(&format!("the number of {words}"), line, 1..=MAX_LINE.min(port.words));
+    check_power_of_two(&words, line);
+    assert!(
+        port.words.is_multiple_of(line),
+        "the number of words behind a {block} is {}: expected a multiple of its line's {line}",
+        port.words
+    );
+}
+
+/// Holds the number of `what` to powers of two.
+pub(crate) fn check_power_of_two(what: &str, value: u32) {
+    assert!(value.is_power_of_two(), "the number of {what} is {value}: expected a power of two");
 }
 
 // An address is its tag, its set and its word of a line, from the top.
 #[rtl]
 impl Config {
     #[inline(always)]
-    pub(super) fn tag_of(&self, address: u32) -> u32 {
+    pub(crate) fn tag_of(&self, address: u32) -> u32 {
         address >> (self.set_bits() + self.line_bits())
     }
     #[inline(always)]
@@ -75,16 +79,16 @@ impl Config {
         (address >> self.line_bits()) & (self.sets - 1)
     }
     #[inline(always)]
-    pub(super) fn word_of(&self, address: u32) -> u32 {
+    pub(crate) fn word_of(&self, address: u32) -> u32 {
         address & (self.line - 1)
     }
     #[inline(always)]
-    pub(super) fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
+    pub(crate) fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
         (((tag << self.set_bits()) | set) << self.line_bits()) | word
     }
     /// Where a word of a line is among the cache's own words.
     #[inline(always)]
-    pub(super) fn place(&self, set: u32, way: u32, word: u32) -> u32 {
+    pub(crate) fn place(&self, set: u32, way: u32, word: u32) -> u32 {
         (((set << self.way_bits()) | way) << self.line_bits()) | word
     }
 }

@@ -4,7 +4,7 @@ use super::Config;
 use pellucid_sim::{Signals, Stream, rtl};
 
 /// The most lines that a set can have.
-pub const MAX_WAYS: usize = 8;
+pub const MAX_WAYS: usize = 16;
 
 /// A line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]

@@ -1,7 +1,7 @@
 use super::*;
-use crate::test_util::{Behind, Pattern, Source, at_first, pattern, read, word, write};
-use pellucid_sim::stream::valid_ignores_ready;
-use pellucid_sim::{Sim, StreamMonitor};
+use crate::test_util::{
+    Before, Behind, Bench, Pattern, at_first, pattern, read, requests, word, write,
+};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 
@@ -15,106 +15,50 @@ pub(super) fn config(sets: u32, ways: u32, line: u32, write_back: bool) -> Confi
 
 /// What the events came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Events {
+pub struct Events {
     hits: u32,
     misses: u32,
     written_back: u32,
     filled: u32,
 }
 
-/// A cache between a client that takes every answer and a memory.
-struct Bench {
-    sim: Sim<Cache>,
-    memory: Behind,
-    from_client: StreamMonitor<Request>,
-    to_memory: StreamMonitor<Request>,
-    /// What was answered, and when.
-    answers: Vec<(u64, Word)>,
-    events: Events,
+impl Before for Cache {
+    type Events = Events;
+    const ANSWERED: bool = true;
+    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> In {
+        In { request, memory, flush }
+    }
+    fn client(seen: &Moore, _: outside::In) -> outside::In {
+        seen.client
+    }
+    fn idle(seen: &Moore) -> bool {
+        seen.idle
+    }
+    fn asks(out: &Out) -> Stream<Request> {
+        out.request
+    }
+    fn count(out: &Out, events: &mut Events) {
+        events.hits += u32::from(out.hit);
+        events.misses += u32::from(out.miss);
+        events.written_back += u32::from(out.write_back);
+        events.filled += u32::from(out.fill);
+    }
 }
 
-impl Bench {
-    fn new(cfg: Config, memory: Behind) -> Bench {
-        Bench {
-            sim: Sim::new(cfg),
-            memory,
-            from_client: StreamMonitor::new("request", "client", "cache"),
-            to_memory: StreamMonitor::new("request", "cache", "memory"),
-            answers: vec![],
-            events: Events::default(),
-        }
+/// A cache in front of a memory that is always ready and answers after `latency` cycles, and ready itself.
+fn ready(cfg: Config, latency: u64) -> Bench<Cache> {
+    let mut bench = Bench::<Cache>::new(cfg, Behind::new(WORDS, Pattern::always(), vec![latency]));
+    for _ in 0..cfg.sets {
+        assert!(!bench.sim.moore().client.ready && !bench.sim.moore().idle);
+        bench.cycle(Stream::idle(), false);
     }
-    /// In front of a memory that is always ready and answers after `latency` cycles, and ready itself.
-    fn ready(cfg: Config, latency: u64) -> Bench {
-        let mut bench = Bench::new(cfg, Behind::new(WORDS, Pattern::always(), vec![latency]));
-        for _ in 0..cfg.sets {
-            assert!(!bench.sim.moore().client.ready && !bench.sim.moore().idle);
-            bench.cycle(Stream::idle(), false);
-        }
-        assert!(bench.sim.moore().client.ready && bench.sim.moore().idle);
-        bench
-    }
-    /// A cycle; whether the request was taken.
-    fn cycle(&mut self, request: Stream<Request>, flush: bool) -> bool {
-        let cycle = self.sim.cycle();
-        let client = self.sim.moore().client;
-        self.answers.extend(client.response.valid.then_some((cycle, client.response.payload)));
-        self.from_client.observe(request.with(client.ready)).unwrap();
-        let i = In { request, memory: self.memory.shows(cycle), flush };
-        assert!(valid_ignores_ready::<Cache, Request>(
-            self.sim.config(),
-            self.sim.state(),
-            || Cache::memories(self.sim.config()),
-            |ready| In { memory: outside::In { ready, ..i.memory }, ..i },
-            |out| out.request,
-        ));
-        let out = self.sim.clock(i).unwrap().out;
-        self.to_memory.observe(out.request.with(i.memory.ready)).unwrap();
-        self.memory.edge(cycle, out.request);
-        self.events.hits += u32::from(out.hit);
-        self.events.misses += u32::from(out.miss);
-        self.events.written_back += u32::from(out.write_back);
-        self.events.filled += u32::from(out.fill);
-        request.valid && client.ready
-    }
-    /// Cycles until the request is taken; gives the cycle in which it was.
-    fn ask(&mut self, request: Request) -> u64 {
-        for _ in 0..1000 {
-            if self.cycle(Stream::offer(request), false) {
-                return self.sim.cycle() - 1;
-            }
-        }
-        panic!("{request:?} is not taken");
-    }
-    /// Cycles until it is idle, at least one.
-    fn rest(&mut self) {
-        for _ in 0..5000 {
-            self.cycle(Stream::idle(), false);
-            if self.sim.moore().idle {
-                return;
-            }
-        }
-        panic!("it does not come to rest");
-    }
-    /// Cycles from the request of a word to its answer, if nothing else is under way.
-    fn latency(&mut self, address: u32) -> u64 {
-        let asked = self.ask(read(address));
-        self.rest();
-        self.answers.last().unwrap().0 - asked
-    }
-    /// Cycles from a flush to the end of it.
-    fn flush(&mut self) -> u64 {
-        let asked = self.sim.cycle();
-        self.cycle(Stream::idle(), true);
-        assert!(!self.sim.moore().idle && !self.sim.moore().client.ready);
-        self.rest();
-        self.sim.cycle() - asked
-    }
+    assert!(bench.sim.moore().client.ready && bench.sim.moore().idle);
+    bench
 }
 
 #[test]
 fn hits_are_answered_two_cycles_later_one_a_cycle() {
-    let mut bench = Bench::ready(config(4, 2, 4, true), 9);
+    let mut bench = ready(config(4, 2, 4, true), 9);
     bench.latency(16);
     assert_eq!(bench.latency(17), 2);
     bench.answers.clear();
@@ -137,7 +81,7 @@ fn a_miss_takes_the_line_the_memory_and_three_cycles() {
     for (line, latency, clean, dirty) in
         [(1, 1, 5, 6), (1, 6, 10, 11), (4, 1, 8, 12), (4, 6, 13, 17)]
     {
-        let mut bench = Bench::ready(config(1, 1, line, true), latency);
+        let mut bench = ready(config(1, 1, line, true), latency);
         assert_eq!(bench.latency(0), clean, "line {line}, latency {latency}");
         assert_eq!(bench.latency(32), clean, "line {line}, latency {latency}");
         bench.ask(write(32, 1));
@@ -150,7 +94,7 @@ fn a_miss_takes_the_line_the_memory_and_three_cycles() {
 
 #[test]
 fn what_comes_behind_a_miss_waits() {
-    let mut bench = Bench::ready(config(1, 1, 4, true), 6);
+    let mut bench = ready(config(1, 1, 4, true), 6);
     let first = bench.ask(read(0));
     // This one comes in the cycle in which the miss is seen. It goes on as the first one is looked up again, and the next one
     // is taken in the cycle after that, in which the first one is answered.
@@ -163,13 +107,13 @@ fn what_comes_behind_a_miss_waits() {
 
 #[test]
 fn of_a_set_the_line_that_was_used_least_recently_makes_room() {
-    let mut bench = Bench::ready(config(1, 4, 1, true), 2);
+    let mut bench = ready(config(1, 4, 1, true), 2);
     // After the four have come, 10 is used again, so that 11 goes, then 12: 10 and 13 stay.
     for address in [10, 11, 12, 13, 10, 20, 21] {
         bench.latency(address);
     }
     assert_eq!(bench.events.misses, 6);
-    let there = |bench: &mut Bench, address| bench.latency(address) == 2;
+    let there = |bench: &mut Bench<Cache>, address| bench.latency(address) == 2;
     assert!(there(&mut bench, 10) && there(&mut bench, 13) && there(&mut bench, 21));
     assert!(!there(&mut bench, 11));
     assert_eq!(bench.events, Events { hits: 4, misses: 7, written_back: 0, filled: 7 });
@@ -177,7 +121,7 @@ fn of_a_set_the_line_that_was_used_least_recently_makes_room() {
 
 #[test]
 fn writes_go_through_one_a_cycle_and_fetch_nothing() {
-    let mut bench = Bench::ready(config(2, 2, 4, false), 3);
+    let mut bench = ready(config(2, 2, 4, false), 3);
     bench.latency(0);
     let first = bench.sim.cycle();
     for (k, address) in [0, 40, 1, 41].into_iter().enumerate() {
@@ -197,7 +141,7 @@ fn writes_go_through_one_a_cycle_and_fetch_nothing() {
 
 #[test]
 fn a_flush_takes_a_cycle_a_set_and_the_words_of_dirty_lines() {
-    let mut bench = Bench::ready(config(4, 2, 4, true), 3);
+    let mut bench = ready(config(4, 2, 4, true), 3);
     assert_eq!(bench.flush(), 2 + 4);
     // Two lines of the second set and one of the last; a fourth is clean.
     for address in [4, 20, 15] {
@@ -214,7 +158,7 @@ fn a_flush_takes_a_cycle_a_set_and_the_words_of_dirty_lines() {
 
 #[test]
 fn a_reset_loses_what_was_not_written_back() {
-    let mut bench = Bench::ready(config(4, 2, 4, true), 3);
+    let mut bench = ready(config(4, 2, 4, true), 3);
     bench.ask(write(5, 1));
     bench.flush();
     bench.ask(write(5, 2));
@@ -243,7 +187,7 @@ fn numbers_out_of_range_are_refused() {
         (refused(|c| c.port.bits = 129), "bits of a cache's word is 129: expected 1 to 128"),
         (refused(|c| c.line = 32), "words of a cache's line is 32: expected 1 to 16"),
         (refused(|c| c.line = 3), "words of a cache's line is 3: expected a power of two"),
-        (refused(|c| c.ways = 9), "ways of a cache is 9: expected 1 to 8"),
+        (refused(|c| c.ways = 17), "ways of a cache is 17: expected 1 to 16"),
         (refused(|c| c.ways = 3), "ways of a cache is 3: expected a power of two"),
         (refused(|c| c.sets = 16), "sets of a cache is 16: expected 1 to 8"),
         (refused(|c| c.sets = 6), "sets of a cache is 6: expected a power of two"),
@@ -305,60 +249,18 @@ proptest! {
     #[test]
     fn behaves_as_a_plain_array(
         cfg in any_config(),
-        requests in proptest::collection::vec((any::<bool>(), 0..WORDS), 0..150),
+        requests in requests(0..WORDS, 150),
         starts in pattern(),
         ready in pattern(),
         latencies in proptest::collection::vec(1u64..9, 1..6),
         flushes in proptest::collection::vec(0u64..1500, 0..5),
     ) {
-        let mut bench = Bench::new(cfg, Behind::new(WORDS, ready, latencies));
+        let mut bench = Bench::<Cache>::new(cfg, Behind::new(WORDS, ready, latencies));
         let mut reference = Reference::new(cfg);
-        let mut array: Vec<Word> = (0..WORDS).map(at_first).collect();
-        let mut expected = vec![];
-        let requests = requests.into_iter().zip(1..);
-        let requests: Vec<Request> =
-            requests.map(|((writes, at), k)| if writes { write(at, k) } else { read(at) }).collect();
-        let mut source = Source::new(requests.iter().copied(), starts);
-        let (mut taken, mut flushing) = (0, false);
-        for cycle in 0.. {
-            prop_assert!(cycle < 30_000, "not all is done");
-            let Moore { client, idle } = bench.sim.moore();
-            if flushing && (client.ready || idle) {
-                prop_assert!(idle);
-                prop_assert_eq!(&bench.memory.words, &array, "after a flush, in cycle {}", cycle);
-                flushing = false;
-            }
-            if idle {
-                prop_assert_eq!(bench.answers.len(), expected.len());
-                if taken == requests.len() && cycle > 1500 {
-                    break;
-                }
-            }
-            let flush = flushes.contains(&cycle);
-            let offer = source.offer(cycle);
-            let fires = bench.cycle(offer, flush);
-            source.edge(client.ready);
-            prop_assert_eq!(fires, offer.valid && client.ready);
-            if fires {
-                let Request { write, address, word } = offer.payload;
-                if write {
-                    array[address as usize] = word;
-                } else {
-                    expected.push(array[address as usize]);
-                }
-                reference.request(offer.payload);
-                taken += 1;
-            }
-            if flush {
-                reference.flush();
-                flushing = true;
-            }
-        }
-        let answers: Vec<Word> = bench.answers.iter().map(|(_, word)| *word).collect();
-        prop_assert_eq!(answers, expected);
-        bench.flush();
-        reference.flush();
-        prop_assert_eq!(&bench.memory.words, &array);
+        bench.play(&requests, starts, &flushes, |told| match told {
+            Some(request) => reference.request(request),
+            None => reference.flush(),
+        })?;
         prop_assert_eq!(bench.events, reference.events);
     }
 }
