@@ -11,6 +11,7 @@
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
+//! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
 //! | [`weights`] | weight factors in fixed point |
 
@@ -20,6 +21,7 @@ pub mod bits;
 pub mod blender;
 pub mod cache;
 pub mod chains;
+pub mod combiner;
 pub mod depth_test;
 pub mod display;
 pub mod frame_buffer;
