@@ -7,9 +7,8 @@
 //!  flush ------->|       |---> idle
 //!                +-------+
 //! ```
-//! Both sides are the port of [`outside`], so that it can be put between any machine and any memory: requests are
-//! carried out in their order, and reads are answered in it. It is set-associative; of a set, the line that was used
-//! least recently makes room (true LRU). After a reset nothing is in it: it first takes [`Config::sets`] cycles to say so.
+//! It keeps the contract of a [`buffer`](crate::buffer). It is set-associative; of a set, the line that was used least
+//! recently makes room (true LRU). After a reset nothing is in it: it first takes [`Config::sets`] cycles to say so.
 //! Memories keep their contents through a reset, but what was not written back is lost with it.
 //!
 //! *Hits*: a read is answered two cycles after its request, and a word a cycle is read or written.
@@ -31,8 +30,7 @@
 //! cycle it is high again `2 + sets` cycles later, and `1 + line` more for each dirty line, in a memory as above. A cache that
 //! writes through has no dirty lines, and is done 2 cycles later.
 //!
-//! The client takes its answers at once, and so does the cache. Where a queue is all that is needed to wait for the memory,
-//! use [`Skid`].
+//! Where a queue is all that is needed to wait for the memory, use [`Skid`].
 
 pub(crate) mod config;
 pub(crate) mod tags;
@@ -40,6 +38,7 @@ pub(crate) mod tags;
 pub use config::{Config, MAX_LINE};
 pub use tags::{Line, MAX_WAYS, Set};
 
+use crate::buffer::Buffer;
 use crate::skid::{self, Skid};
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::{
@@ -120,7 +119,7 @@ pub struct Moore {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// What is asked of the memory.
     #[with(cfg.port)]
@@ -142,6 +141,24 @@ pub struct Mem {
     pub tags: Ram1R1W<Set>,
     /// The words of all lines.
     pub data: Ram1RW<Word>,
+}
+
+impl Buffer for Cache {
+    fn port(cfg: &Config) -> outside::Config {
+        cfg.port
+    }
+    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> In {
+        In { request, memory, flush }
+    }
+    fn client(seen: &Moore, _: outside::In) -> outside::In {
+        seen.client
+    }
+    fn idle(seen: &Moore) -> bool {
+        seen.idle
+    }
+    fn asks(out: &Out) -> Stream<Request> {
+        out.request
+    }
 }
 
 #[rtl(

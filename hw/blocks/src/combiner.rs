@@ -7,8 +7,9 @@
 //!  flush ------->|          |---> idle
 //!                +----------+
 //! ```
-//! Both sides are the port of [`outside`]. A memory that moves whole bursts moves one for each word that is written alone: here
-//! words of a line, which should be a burst, wait for each other. The answers of the memory are the client's as they come.
+//! It keeps the contract of a [`buffer`](crate::buffer). A memory that moves whole bursts moves one for each word that is
+//! written alone: here words of a line, which should be a burst, wait for each other. The answers of the memory are the
+//! client's as they come.
 //!
 //! A word that is written is put into its line, which is opened if it is not yet open. A line leaves, its words one after
 //! the other from the lowest on and nothing between them,
@@ -25,12 +26,14 @@
 //! was written, until the word's own line has, too. So a read gives what was written before it.
 //!
 //! *Flush*: asked for in any cycle; from the next cycle on the combiner takes nothing, until all that it took is in memory.
-//! `idle` is high while nothing is on its way to memory or asked for, though lines are open; after a flush in such a cycle it is high again
-//! 2 cycles later, and one more for each word that was written, in a memory as above. A reset loses what was not sent.
+//! `idle` is high while nothing is on its way to memory or asked for, though lines are open; after a flush in such a cycle it is
+//! high again 2 cycles later, and one more for each word that was written, in a memory as above. A reset loses what was not
+//! sent.
 //!
 //! Where words are read again, or many lines are written in turn, use [`Cache`](crate::cache::Cache).
 
 use crate::bits::{bit, lowest, rest};
+use crate::buffer::Buffer;
 use crate::cache::config::{check_lines, check_power_of_two};
 use crate::cache::{self, Line, MAX_WAYS, Set, tags};
 use crate::skid::{self, Skid, offered};
@@ -144,7 +147,7 @@ pub struct Moore {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// What is asked of the memory.
     #[with(cfg.port)]
@@ -162,6 +165,24 @@ pub struct Out {
 pub struct Mem {
     /// The words of all lines.
     pub data: Ram1R1W<Word>,
+}
+
+impl Buffer for Combiner {
+    fn port(cfg: &Config) -> outside::Config {
+        cfg.port
+    }
+    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> In {
+        In { request, memory_ready: memory.ready, flush }
+    }
+    fn client(seen: &Moore, memory: outside::In) -> outside::In {
+        outside::In { ready: seen.ready, ..memory }
+    }
+    fn idle(seen: &Moore) -> bool {
+        seen.idle
+    }
+    fn asks(out: &Out) -> Stream<Request> {
+        out.request
+    }
 }
 
 #[rtl(

@@ -10,6 +10,7 @@
 //! | [`allocator`] | hands out free sections |
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
+//! | [`buffer`] | the contract of what stands between a client and outside memory |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
@@ -19,6 +20,7 @@ pub mod allocator;
 pub mod arbiter;
 pub mod bits;
 pub mod blender;
+pub mod buffer;
 pub mod cache;
 pub mod chains;
 pub mod combiner;

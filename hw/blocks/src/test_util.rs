@@ -1,11 +1,12 @@
 //! What the tests of several blocks share.
 
 use crate::allocator::AllocatorKind;
+use crate::buffer::Buffer;
 use crate::chains::config::{Config, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;
-use pellucid_sim::{Block, Label, Registers, Sim, Stream, StreamMonitor};
+use pellucid_sim::{Label, Sim, Stream, StreamMonitor};
 pub use pellucid_test_util::*;
 use proptest::prelude::*;
 use std::collections::VecDeque;
@@ -140,27 +141,19 @@ pub fn requests(addresses: Range<u32>, most: usize) -> impl Strategy<Value = Vec
     })
 }
 
-/// A block with a client on one side and a memory on the other.
-pub trait Before: Block<State: Registers<Config = Self::Config>> {
+/// A buffer that tells what it does.
+pub trait Counted: Buffer {
     /// How often its outputs tell what.
     type Events: Copy + Debug + Default + PartialEq;
     /// All that was read is answered while it is idle.
     const ANSWERED: bool;
 
-    /// Its inputs.
-    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> Self::In;
-    /// What the client sees.
-    fn client(seen: &Self::Moore, memory: outside::In) -> outside::In;
-    /// Nothing is under way.
-    fn idle(seen: &Self::Moore) -> bool;
-    /// What is asked of the memory.
-    fn asks(out: &Self::Out) -> Stream<Request>;
     /// Counts what a cycle tells.
     fn count(out: &Self::Out, events: &mut Self::Events);
 }
 
-/// A block between a client that takes every answer and a memory.
-pub struct Bench<B: Before> {
+/// A buffer between a client that takes every answer and a memory.
+pub struct Bench<B: Counted> {
     pub sim: Sim<B>,
     pub memory: Behind,
     from_client: StreamMonitor<Request>,
@@ -172,13 +165,13 @@ pub struct Bench<B: Before> {
     pub events: B::Events,
 }
 
-impl<B: Before> Bench<B> {
+impl<B: Counted> Bench<B> {
     pub fn new(cfg: B::Config, memory: Behind) -> Bench<B> {
         Bench {
             sim: Sim::new(cfg),
             memory,
-            from_client: StreamMonitor::new("request", "client", "block"),
-            to_memory: StreamMonitor::new("request", "block", "memory"),
+            from_client: StreamMonitor::new("request", "client", "buffer"),
+            to_memory: StreamMonitor::new("request", "buffer", "memory"),
             asked: vec![],
             answers: vec![],
             events: B::Events::default(),

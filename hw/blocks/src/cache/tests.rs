@@ -1,6 +1,6 @@
 use super::*;
 use crate::test_util::{
-    Before, Behind, Bench, Pattern, at_first, pattern, read, requests, word, write,
+    Behind, Bench, Counted, Pattern, at_first, pattern, read, requests, word, write,
 };
 use proptest::prelude::*;
 use std::collections::VecDeque;
@@ -22,21 +22,9 @@ pub struct Events {
     filled: u32,
 }
 
-impl Before for Cache {
+impl Counted for Cache {
     type Events = Events;
     const ANSWERED: bool = true;
-    fn inputs(request: Stream<Request>, memory: outside::In, flush: bool) -> In {
-        In { request, memory, flush }
-    }
-    fn client(seen: &Moore, _: outside::In) -> outside::In {
-        seen.client
-    }
-    fn idle(seen: &Moore) -> bool {
-        seen.idle
-    }
-    fn asks(out: &Out) -> Stream<Request> {
-        out.request
-    }
     fn count(out: &Out, events: &mut Events) {
         events.hits += u32::from(out.hit);
         events.misses += u32::from(out.miss);
