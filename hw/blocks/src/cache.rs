@@ -356,4 +356,6 @@ fn opens(room: bool, flush: bool, phase: Phase) -> bool {
 }
 
 #[cfg(test)]
+pub(crate) mod test_util;
+#[cfg(test)]
 mod tests;

@@ -12,6 +12,7 @@
 //! | [`blender`] | blends sorted fragments over the opaque colour |
 //! | [`buffer`] | the contract of what stands between a client and outside memory |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
+//! | [`table_cache`] | stands before a table in outside memory and fetches ahead what will be used of it |
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
 //! | [`weights`] | weight factors in fixed point |
@@ -33,6 +34,7 @@ pub mod scanout;
 pub mod sequencer;
 pub mod skid;
 pub mod sorter;
+pub mod table_cache;
 pub mod weights;
 
 #[cfg(test)]

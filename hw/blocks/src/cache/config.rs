@@ -24,7 +24,7 @@ pub struct Config {
 
 impl Config {
     /// Holds every number to its range.
-    pub(super) fn check(&self) {
+    pub(crate) fn check(&self) {
         let Config { port, sets, ways, line, .. } = *self;
         check_lines("cache", port, line);
         let lines = port.words / line;
@@ -37,7 +37,7 @@ impl Config {
     pub(crate) fn line_bits(&self) -> u32 {
         self.line.trailing_zeros()
     }
-    pub(super) fn set_bits(&self) -> u32 {
+    pub(crate) fn set_bits(&self) -> u32 {
         self.sets.trailing_zeros()
     }
     pub(crate) fn way_bits(&self) -> u32 {
@@ -75,7 +75,7 @@ impl Config {
         address >> (self.set_bits() + self.line_bits())
     }
     #[inline(always)]
-    pub(super) fn set_of(&self, address: u32) -> u32 {
+    pub(crate) fn set_of(&self, address: u32) -> u32 {
         (address >> self.line_bits()) & (self.sets - 1)
     }
     #[inline(always)]
@@ -86,9 +86,19 @@ impl Config {
     pub(crate) fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
         (((tag << self.set_bits()) | set) << self.line_bits()) | word
     }
-    /// Where a word of a line is among the cache's own words.
+    /// The number of a line among the cache's own.
+    #[inline(always)]
+    pub(crate) fn line_at(&self, set: u32, way: u32) -> u32 {
+        (set << self.way_bits()) | way
+    }
+    /// Where a word of that line is among the cache's own words.
+    #[inline(always)]
+    pub(crate) fn word_at(&self, line: u32, word: u32) -> u32 {
+        (line << self.line_bits()) | word
+    }
+    /// The same of a word of a set and a way.
     #[inline(always)]
     pub(crate) fn place(&self, set: u32, way: u32, word: u32) -> u32 {
-        (((set << self.way_bits()) | way) << self.line_bits()) | word
+        self.word_at(self.line_at(set, way), word)
     }
 }

@@ -1,9 +1,9 @@
 use super::*;
+use crate::cache::test_util::{Events, Reference};
 use crate::test_util::{
     Behind, Bench, Counted, Pattern, at_first, pattern, read, requests, word, write,
 };
 use proptest::prelude::*;
-use std::collections::VecDeque;
 
 /// Words behind the caches of these tests.
 const WORDS: u32 = 64;
@@ -11,15 +11,6 @@ const WORDS: u32 = 64;
 /// A cache of that shape, of words of 70 bits.
 pub(super) fn config(sets: u32, ways: u32, line: u32, write_back: bool) -> Config {
     Config { port: outside::Config { words: WORDS, bits: 70 }, sets, ways, line, write_back }
-}
-
-/// What the events came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Events {
-    hits: u32,
-    misses: u32,
-    written_back: u32,
-    filled: u32,
 }
 
 impl Counted for Cache {
@@ -182,44 +173,6 @@ fn numbers_out_of_range_are_refused() {
     ];
     for (said, expected) in cases {
         assert_eq!(said, format!("the number of {expected}"));
-    }
-}
-
-/// The lines of a cache, each set a list with the line that was used last in front, and whether it is dirty.
-struct Reference {
-    cfg: Config,
-    sets: Vec<VecDeque<(u32, bool)>>,
-    events: Events,
-}
-
-impl Reference {
-    fn new(cfg: Config) -> Reference {
-        Reference { cfg, sets: vec![VecDeque::new(); cfg.sets as usize], events: Events::default() }
-    }
-    fn request(&mut self, Request { write, address, .. }: Request) {
-        let Config { sets, ways, line, write_back, .. } = self.cfg;
-        let number = address / line;
-        let set = &mut self.sets[(number % sets) as usize];
-        let found = set.iter().position(|(known, _)| *known == number);
-        let was_dirty = found.and_then(|at| set.remove(at)).is_some_and(|(_, dirty)| dirty);
-        self.events.hits += u32::from(found.is_some());
-        self.events.misses += u32::from(found.is_none());
-        if found.is_none() && write && !write_back {
-            return;
-        }
-        if found.is_none() {
-            self.events.filled += line;
-            if set.len() == ways as usize && set.pop_back().is_some_and(|(_, dirty)| dirty) {
-                self.events.written_back += line;
-            }
-        }
-        set.push_front((number, write_back && (write || was_dirty)));
-    }
-    fn flush(&mut self) {
-        for (_, dirty) in self.sets.iter_mut().flatten() {
-            self.events.written_back += if *dirty { self.cfg.line } else { 0 };
-            *dirty = false;
-        }
     }
 }
 

@@ -1,0 +1,436 @@
+//! A prefetching cache between a machine and a table in outside memory, a word for each entry.
+//!
+//! ```text
+//!                +------------+
+//!  ask --------->|            |---> entry (Stream)
+//!  ready <-------|            |<--- taken, write
+//!                | TableCache |
+//!  clear ------->|            |---> request (Stream)
+//!  clear_ready <-|            |<--- memory (ready, response)
+//!                +------------+---> idle
+//! ```
+//! A table that has a word for each pixel, such as the [`Ssa`](crate::chains::ssa) table, is too large for the chip; what
+//! is used of it soon is known before it is used. `ask` names entries that will be used. They are shown as `entry` in the order of
+//! the asks, each until it is `taken`; with it a user may give what the entry holds from then on (`write`), and every
+//! later ask shows that, one that is next, too. After H. Igehy, M. Eldridge, K. Proudfoot, *Prefetching in a Texture Cache
+//! Architecture*, 1998, with a write-back. A word is that of the port: its user packs entries as
+//! [`tables`](crate::chains::tables) does.
+//!
+//! An ask is looked up at once; if its line is not there, memory is asked for it. It then waits in a queue for its turn, be it a
+//! hit or a miss, while later ones are looked up, those for the same line among them. In a miss's turn the line that was asked
+//! for least recently (true LRU) makes room, word by word if it is dirty, and the words that came take its place; so all that
+//! was asked before finds the line as it was.
+//!
+//! *Latency*: a hit is shown 4 cycles after its ask. With `L` cycles from a request to its answer in a memory that takes a request
+//! a cycle, word `w` of a line that misses is shown `4 + L + w` cycles after its ask, if nothing else is under way.
+//!
+//! *Throughput*: hits come an entry a cycle, whichever they are. With [`Config::in_flight`] of at least `L + 2 * line`,
+//! [`Config::misses`] of at least `1 + (L + 2) / line`, rounded up, twice as many lines, and a user that takes at once, these
+//! cycles are taken, whatever `L`:
+//!
+//! | | not written | written |
+//! | --- | --- | --- |
+//! | an entry of those in a row | 1 | 2 |
+//! | an entry whose line no other one uses | `line` | `2 * line`; `line + 1` while the line that makes room is clean |
+//!
+//! The last column is what the port takes for a line that comes and one that leaves; where none leaves, an entry that is written
+//! and a word that comes share the write port of the data. Words that leave go first on the port.
+//!
+//! *What waits*: a miss, until the queue and memory have room for it; one that would take the way of another one in its set
+//! whose turn has not come, until then, so that a set has no more misses under way than ways; and an ask for a line that is to
+//! make room itself, until it has, so that memory is asked for it after it was written. All later asks wait behind it.
+//!
+//! *Clear*: what memory holds at power-up is not known. Until the first ask after a reset, `clear` writes entries to memory, one a
+//! cycle; later `clear_ready` is low. Nothing is in the cache after a reset: it takes [`Config::sets`] cycles until asks are
+//! taken. What was not written back is lost, so that the table is to be cleared again.
+//!
+//! `idle` is high while nothing is under way. A frame needs no flush: all that use the table go through the cache. It takes the
+//! memory's answers at once. Up to `in_flight + 4` asks are on their way from `ask` to `entry`: what their user is to do with the
+//! entries waits in a queue of its own. Where requests and answers are to be those of the port itself, and one miss at a
+//! time is enough, use [`Cache`](crate::cache::Cache).
+
+mod config;
+mod sets;
+
+pub use config::{Config, Old, Order, Place};
+pub use sets::{Before, Misses, Set};
+
+use crate::cache::tags;
+use crate::skid::{self, Skid};
+use pellucid_machine::outside::{self, Request, Word};
+use pellucid_sim::{
+    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
+};
+
+/// See the module's description.
+pub struct TableCache;
+
+/// What the cache is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub enum Phase {
+    /// Forgets what is in it, a set a cycle.
+    #[default]
+    Forget,
+    /// Nothing is in it.
+    Empty,
+    /// Entries are asked for.
+    Run,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// What it is at.
+    pub phase: Phase,
+    /// The set that it forgets.
+    #[width(cfg.cache().set_bits())]
+    pub set: u32,
+    /// An ask that came while the one before could not go on.
+    #[with(cfg.port.address_bits())]
+    #[block(Asks)]
+    pub asks: skid::State<u32>,
+    /// The ask whose set is shown by the tags.
+    #[with(cfg.port.address_bits())]
+    pub asked: Stream<u32>,
+    /// See [`Misses`].
+    #[with(*cfg)]
+    pub misses: Misses,
+    /// The line that memory is asked for: the number of its first word, without the bits of the word.
+    #[with(cfg.port.address_bits() - cfg.cache().line_bits())]
+    pub fetch: Stream<u32>,
+    /// The word of it that is asked for.
+    #[width(cfg.cache().line_bits())]
+    pub fetched: u32,
+    /// Asks that were looked up.
+    #[with(cfg.in_flight)]
+    #[block(Queue, cfg.queue())]
+    pub queue: fifo::State,
+    /// The one whose turn it is.
+    #[with(*cfg)]
+    pub head: Stream<Order>,
+    /// The line of the miss whose turn came last, as a number among the cache's own, while it is not all there.
+    #[with(cfg.cache().set_bits() + cfg.cache().way_bits())]
+    pub fill: Stream<u32>,
+    /// The word of it that comes next.
+    #[width(cfg.cache().line_bits())]
+    pub filled: u32,
+    /// A word of the line that makes room is shown by the data.
+    pub evicts: bool,
+    /// Words of that line that were read, or all if none need be.
+    #[width(bits_for(u64::from(cfg.line)))]
+    pub read: u32,
+    /// The entry that is shown by the data.
+    #[with(*cfg)]
+    pub shown: Stream<Place>,
+    /// A request that memory has not taken yet.
+    #[with(cfg.port)]
+    #[block(Requests)]
+    pub requests: skid::State<Request>,
+    /// Words that came from memory.
+    #[with(cfg.answers().depth)]
+    #[block(Answers, cfg.answers())]
+    pub answers: fifo::State,
+}
+
+type Asks = Skid<u32>;
+type Queue = Fifo<Order>;
+type Requests = Skid<Request>;
+type Answers = Fifo<Word>;
+
+/// An entry of the table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Entry {
+    /// Its number.
+    #[width(cfg.port.address_bits())]
+    pub address: u32,
+    /// What it holds.
+    #[with(cfg.port)]
+    pub word: Word,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct In {
+    /// The number of an entry that will be used.
+    #[with(cfg.port.address_bits())]
+    pub ask: Stream<u32>,
+    /// The entry that is shown is taken.
+    pub taken: bool,
+    /// What it holds from now on. Without effect where none is taken.
+    #[with(cfg.port)]
+    pub write: Stream<Word>,
+    /// What an entry holds at first.
+    #[with(*cfg)]
+    pub clear: Stream<Entry>,
+    /// What the memory drives. It answers what it was asked for and nothing else.
+    #[with(cfg.port)]
+    pub memory: outside::In,
+}
+
+/// What is seen before the inputs are known.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// An ask is taken.
+    pub ready: bool,
+    /// What an entry holds at first is taken.
+    pub clear_ready: bool,
+    /// The entries that were asked for, in that order.
+    #[with(*cfg)]
+    pub entry: Stream<Entry>,
+    /// Nothing is under way.
+    pub idle: bool,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What is asked of the memory.
+    #[with(cfg.port)]
+    pub request: Stream<Request>,
+    /// An ask finds its line in the cache or on its way. Each ask is a hit or a miss, once.
+    pub hit: bool,
+    /// An ask does not.
+    pub miss: bool,
+    /// A word of a dirty line goes to the memory.
+    pub write_back: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// What is in each set.
+    pub tags: Ram1R1W<Set>,
+    /// Whether each line holds what memory does not.
+    pub dirty: Ram1R1W<bool>,
+    /// The words of all lines.
+    pub data: Ram1R1W<Word>,
+    /// Asks that were looked up.
+    pub queue: <Queue as Block>::Mem,
+    /// Words that came from memory.
+    pub answers: <Answers as Block>::Mem,
+}
+
+#[rtl(
+    check(TableCache, tests::config(1, 1, 1, 1, 1)),
+    check(TableCache, tests::config(4, 1, 4, 6, 2)),
+    check(TableCache, tests::config(2, 2, 4, 5, 3)),
+    check(TableCache, tests::config(1, 4, 2, 3, 1)),
+    check(TableCache, tests::config(8, 2, 1, 9, 4))
+)]
+impl Block for TableCache {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        cfg.check();
+        State::reset(cfg)
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        let lines = cfg.sets * cfg.ways;
+        Mem {
+            tags: Ram1R1W::new(cfg.sets, *cfg, 1, ReadDuringWrite::New),
+            dirty: Ram1R1W::new(lines, (), 1, ReadDuringWrite::New),
+            data: Ram1R1W::new(lines * cfg.line, cfg.port, 1, ReadDuringWrite::New),
+            queue: Queue::memories(&cfg.queue()),
+            answers: Answers::memories(&cfg.answers()),
+        }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
+        let requests = Requests::moore(&cfg.port, &q.requests, &()).ready;
+        let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue).count > 0;
+        let rests = !q.asked.valid && !queued && !q.head.valid && !q.fill.valid && !q.shown.valid;
+        let forgets = matches!(q.phase, Phase::Forget);
+        let entry = Entry { address: q.shown.payload.address, word: m.data.q().data };
+        Moore {
+            ready: asks && !forgets,
+            clear_ready: requests && !matches!(q.phase, Phase::Run),
+            entry: Stream { valid: q.shown.valid, payload: entry },
+            idle: rests && asks && requests && !forgets,
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        let cache = cfg.cache();
+        let queue = Queue::moore(&cfg.queue(), &q.queue, &m.queue);
+        let answer = Answers::moore(&cfg.answers(), &q.answers, &m.answers).front;
+        let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
+
+        // The entry that is shown leaves, and may be written.
+        let shown = q.shown.payload;
+        let free = !q.shown.valid || i.taken;
+        let writes = q.shown.valid && i.taken && i.write.valid;
+
+        // A miss whose turn has come: what was asked before is done with the line that makes room.
+        let Order { place, miss, old } = q.head.payload;
+        let line = cfg.line_of(place);
+        let word = cache.word_of(place.address);
+        let starts = q.head.valid && miss && !q.fill.valid && free;
+        let dirty = old.valid && (m.dirty.q().data || (writes && cfg.line_of(shown) == line));
+
+        // Its words take the place of those that were read.
+        let filling = if starts { line } else { q.fill.payload };
+        let may_fill = if starts { !dirty } else { q.fill.valid && q.filled < q.read };
+        let fills = may_fill && answer.valid && !writes;
+        let full = fills && q.filled == cfg.line - 1;
+        if starts {
+            d.head.payload.miss = false;
+            d.fill = Stream::offer(line);
+            d.evicts = dirty;
+            d.read = if dirty { 1 } else { cfg.line };
+        }
+        if fills {
+            d.filled = (q.filled + 1) & (cfg.line - 1);
+        }
+        if full {
+            d.fill.valid = false;
+            d.misses.fills = cfg.next(q.misses.fills);
+        }
+        if writes {
+            m.data.write(
+                cache.word_at(cfg.line_of(shown), cache.word_of(shown.address)),
+                i.write.payload,
+            );
+            m.dirty.write(cfg.line_of(shown), true);
+        } else if fills {
+            m.data.write(cache.word_at(filling, q.filled), answer.payload);
+            if q.filled == 0 {
+                m.dirty.write(filling, false);
+            }
+        }
+
+        // The line that makes room leaves word by word, each of which stays in the read register of the data until then.
+        let writes_back = q.evicts && room;
+        let left = writes_back && q.read == cfg.line;
+        if writes_back && !left {
+            d.read = q.read + 1;
+        }
+        if left {
+            d.evicts = false;
+        }
+        if left || (starts && !dirty) {
+            d.misses.evicts = cfg.next(q.misses.evicts);
+        }
+
+        // The head's entry is read as soon as it is there.
+        let comes = starts || (q.fill.valid && q.fill.payload == line);
+        let came = word < q.filled || (word == q.filled && fills);
+        let there = (starts || !miss) && (!comes || came);
+        let reads = q.head.valid && there && free && (!q.evicts || left);
+        if starts && dirty {
+            m.data.read(cache.word_at(line, 0));
+        } else if writes_back && !left {
+            m.data.read(cache.word_at(line, q.read));
+        } else if reads {
+            m.data.read(cache.word_at(line, word));
+        }
+        if free {
+            d.shown = Stream { valid: reads, payload: place };
+        }
+        let takes_head = !q.head.valid || reads;
+        if takes_head {
+            d.head = queue.front;
+        }
+        let head = if takes_head { queue.front } else { q.head };
+        if head.valid && head.payload.miss && head.payload.old.valid && (takes_head || writes) {
+            m.dirty.read(cfg.line_of(head.payload.place));
+        }
+
+        // Memory is asked for lines ahead, while none makes room.
+        let fetches = q.fetch.valid && room && !q.evicts;
+        let fetched = fetches && q.fetched == cfg.line - 1;
+        if fetches {
+            d.fetched = (q.fetched + 1) & (cfg.line - 1);
+        }
+        if fetched {
+            d.fetch.valid = false;
+        }
+
+        // Asks are looked up.
+        let set = m.tags.q().data;
+        let asked = q.asked.payload;
+        let tag = cache.tag_of(asked);
+        let found = tags::hit(&cache, set.now, tag);
+        let way = if found.valid { found.payload } else { tags::oldest(&cache, set.now) };
+        let was = set.now.lines[way as usize];
+        let may_miss = (!q.fetch.valid || fetched)
+            && cfg.after(q.misses.next, q.misses.fills) < cfg.misses
+            && !sets::waits(cfg, set, q.misses, tag, way);
+        let goes = q.asked.valid && queue.ready && (found.valid || may_miss);
+        let misses = goes && !found.valid;
+        if misses {
+            d.fetch = Stream::offer(asked >> cache.line_bits());
+            d.misses.next = cfg.next(q.misses.next);
+        }
+        let order = Order {
+            place: Place { address: asked, way },
+            miss: !found.valid,
+            old: Old { valid: was.valid, tag: was.tag },
+        };
+        let to_queue = fifo::In { push: Stream { valid: goes, payload: order }, pop: takes_head };
+        Queue::next(&cfg.queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+
+        let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
+        let forgets = matches!(q.phase, Phase::Forget);
+        let comes_in = i.ask.valid && asks && !forgets;
+        let takes = !forgets && (!q.asked.valid || goes);
+        let push = Stream { valid: comes_in, payload: i.ask.payload };
+        let to_asks = skid::In { push, taken: takes };
+        let ask = Asks::next(&cfg.port.address_bits(), &q.asks, &mut d.asks, &mut (), to_asks);
+        if takes {
+            d.asked = ask;
+        }
+        if takes && ask.valid {
+            m.tags.read(cache.set_of(ask.payload));
+        }
+        if comes_in {
+            d.phase = Phase::Run;
+        }
+        if forgets {
+            m.tags.write(q.set, sets::empty(cfg));
+            d.set = (q.set + 1) & (cfg.sets - 1);
+            if q.set == cfg.sets - 1 {
+                d.phase = Phase::Empty;
+            }
+        } else if goes {
+            let mut next = set;
+            if misses {
+                next = sets::taken(cfg, set, way, tag, q.misses.next);
+            }
+            m.tags.write(cache.set_of(asked), sets::used(cfg, next, way));
+        }
+
+        // What goes to memory, and what comes from there.
+        let mut push = Stream::idle();
+        if q.evicts {
+            let address = cache.address(old.tag, cache.set_of(place.address), q.read - 1);
+            let request = Request { write: true, address, word: m.data.q().data };
+            push = Stream { valid: room, payload: request };
+        } else if q.fetch.valid {
+            let address = (q.fetch.payload << cache.line_bits()) | q.fetched;
+            let request = Request { write: false, address, word: Word::default() };
+            push = Stream { valid: room, payload: request };
+        } else if !matches!(q.phase, Phase::Run) {
+            let Entry { address, word } = i.clear.payload;
+            let request = Request { write: true, address, word };
+            push = Stream { valid: room && i.clear.valid, payload: request };
+        }
+        let to_requests = skid::In { push, taken: i.memory.ready };
+        let request = Requests::next(&cfg.port, &q.requests, &mut d.requests, &mut (), to_requests);
+        let to_answers = fifo::In { push: i.memory.response, pop: fills };
+        Answers::next(&cfg.answers(), &q.answers, &mut d.answers, &mut m.answers, to_answers);
+
+        Out { request, hit: goes && found.valid, miss: misses, write_back: writes_back }
+    }
+}
+
+#[cfg(test)]
+mod tests;
