@@ -64,6 +64,8 @@ pub trait Storage {
     fn take_fault(&mut self) -> Option<FaultKind>;
     /// Counts traffic and words in use from here on.
     fn count_anew(&mut self);
+    /// Takes away all of its words, at power-up: there is no such memory.
+    fn leave_out(&mut self);
     /// Makes room for all of its words, at power-up; else room is made as they are written.
     ///
     /// # Errors

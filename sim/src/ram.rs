@@ -87,6 +87,11 @@ impl<T: Signals + Default> Words<T> {
         }
     }
 
+    fn leave_out(&mut self) {
+        self.size = 0;
+        self.written.clear();
+    }
+
     fn count_anew(&mut self) {
         (self.reads, self.writes) = (0, 0);
         self.peak = self.peak.map(|_| 0);
@@ -430,6 +435,9 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
     fn count_anew(&mut self) {
         self.core.count_anew();
     }
+    fn leave_out(&mut self) {
+        self.core.leave_out();
+    }
     fn reserve(&mut self) -> Result<(), TryReserveError> {
         self.core.words.reserve(self.core.size as usize)
     }
@@ -453,6 +461,9 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
     }
     fn count_anew(&mut self) {
         self.core.count_anew();
+    }
+    fn leave_out(&mut self) {
+        self.core.leave_out();
     }
     fn reserve(&mut self) -> Result<(), TryReserveError> {
         self.core.words.reserve(self.core.size as usize)

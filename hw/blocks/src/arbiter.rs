@@ -29,14 +29,14 @@ use crate::skid::{self, Skid, offered};
 use pellucid_machine::choice;
 use pellucid_machine::outside::{self, Request};
 use pellucid_sim::{
-    Block, Fifo, Memory, Ram1R1W, Registers, Signals, Stream, bits_for, check_range, fifo, rtl,
+    Block, Fifo, Memory, Ram1R1W, Signals, Stream, bits_for, check_range, fifo, rtl,
 };
 
 /// See the module's description.
 pub struct Arbiter;
 
 /// The most clients that there can be.
-pub const MAX_CLIENTS: usize = round_robin::MOST;
+pub const MAX_CLIENTS: usize = 4;
 
 choice! {
     /// Whose request goes first.
@@ -49,10 +49,10 @@ choice! {
 }
 
 /// Parameters.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Config {
-    /// Words of each client, at least 1; of 1 to [`MAX_CLIENTS`] clients.
-    pub words: Vec<u32>,
+    /// Words of each client, at least 1; 0 behind the last of them.
+    pub words: [u32; MAX_CLIENTS],
     /// Bits of a word, 1 to 128.
     pub bits: u32,
     /// Who goes first.
@@ -64,12 +64,11 @@ pub struct Config {
 impl Config {
     /// How many clients there are.
     pub fn clients(&self) -> u32 {
-        self.words.len() as u32
+        self.words.iter().take_while(|words| **words > 0).count() as u32
     }
     /// The port of client `k`; none beyond the last.
     pub fn client(&self, k: u32) -> outside::Config {
-        let port = |words: &u32| outside::Config { words: *words, bits: self.bits };
-        self.words.get(k as usize).map_or(outside::Config::NONE, port)
+        outside::Config { words: self.words[k as usize], bits: self.bits }
     }
     /// Where its words begin in the memory.
     pub fn base(&self, k: u32) -> u32 {
@@ -89,9 +88,9 @@ impl Config {
         self.policy == Policy::RoundRobin
     }
     fn check(&self) {
-        check_range("the number of clients of an arbiter", self.clients(), 1..=MAX_CLIENTS as u32);
-        for words in &self.words {
-            check_range("the number of words of an arbiter's client", *words, 1..);
+        check_range("the number of words of an arbiter's client", self.words[0], 1..);
+        for words in &self.words[self.clients() as usize..] {
+            check_range("the number of words behind the last client of an arbiter", *words, ..=0);
         }
         let all: u64 = self.words.iter().map(|words| u64::from(*words)).sum();
         assert!(
@@ -105,12 +104,12 @@ impl Config {
 }
 
 /// Registers.
-#[derive(Clone, Debug, Registers)]
+#[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// What each client asked for and the memory did not take yet.
     #[with(cfg.client(k as u32))]
     #[len(cfg.clients())]
-    pub requests: Vec<skid::State<Request>>,
+    pub requests: [skid::State<Request>; MAX_CLIENTS],
     /// Whose request was offered to the memory and not taken.
     #[with(cfg.client_bits())]
     pub offers: Stream<u32>,
@@ -200,7 +199,7 @@ impl Block for Arbiter {
     fn reset(cfg: &Config) -> State {
         cfg.check();
         State {
-            requests: (0..cfg.clients()).map(|k| Requests::reset(&cfg.client(k))).collect(),
+            requests: std::array::from_fn(|k| Requests::reset(&cfg.client(k as u32))),
             offers: Stream::idle(),
             turn: 0,
             write_turn: 0,
@@ -229,7 +228,7 @@ impl Block for Arbiter {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let room = Readers::moore(&cfg.readers(), &q.readers, &m.readers).ready;
         let mut requests = [Stream::idle(); MAX_CLIENTS];
-        let mut asks = [false; MAX_CLIENTS];
+        let mut asks = [false; round_robin::MOST];
         for k in 0..cfg.clients() {
             let kept = Requests::moore(&cfg.client(k), &q.requests[k as usize], &()).held;
             let request = offered(kept, i.request[k as usize]);

@@ -75,6 +75,8 @@ pub struct In {
     pub resolved: bool,
     /// The frame is to come again.
     pub again: bool,
+    /// The pixel that is cleared is cleared in the machine, too.
+    pub cleared: bool,
     /// Reads a depth.
     #[with(cfg.pixel_bits())]
     pub depth_read: ReadPort,
@@ -196,6 +198,7 @@ impl Block for Front {
             stored: i.stored,
             resolved: i.resolved,
             again: i.again,
+            cleared: i.cleared,
             busy: display.busy,
         };
         let frame_done =

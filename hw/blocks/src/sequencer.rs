@@ -96,6 +96,8 @@ pub struct In {
     pub again: bool,
     /// The frame before is still being shown.
     pub busy: bool,
+    /// The pixel that is cleared is cleared everywhere.
+    pub cleared: bool,
 }
 
 /// Outputs of registers.
@@ -146,11 +148,11 @@ impl Block for Sequencer {
         let done = resolved && !i.busy;
         match q.phase {
             Phase::Clear => {
-                if q.clear.valid {
+                if q.clear.valid && i.cleared {
                     let last = q.clear.payload + 1 == cfg.pixels();
                     d.clear =
                         if last { Stream::idle() } else { Stream::offer(q.clear.payload + 1) };
-                } else {
+                } else if !q.clear.valid {
                     d.phase = Phase::Idle;
                 }
             }
@@ -197,6 +199,7 @@ mod tests {
             resolved: false,
             again: false,
             busy: false,
+            cleared: true,
         };
         let comes = In { comes: true, ..nothing };
         let end = In { end: true, ..comes };

@@ -181,8 +181,8 @@ pub struct Moore {
     pub idle: bool,
 }
 
-/// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+/// Outputs. The default is what the cache shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// What is asked of the memory.
     #[with(cfg.port)]

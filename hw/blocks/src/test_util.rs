@@ -2,7 +2,7 @@
 
 use crate::allocator::AllocatorKind;
 use crate::buffer::Buffer;
-use crate::chains::config::{Config, Passes, Shape};
+use crate::chains::config::{Cached, Config, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;
@@ -27,6 +27,7 @@ pub fn shape() -> Shape {
         passes: Passes::Each(16),
         weight_bits: 0,
         allocator: AllocatorKind::Fifo,
+        ssa: None,
     }
 }
 
@@ -56,6 +57,14 @@ pub fn small_lending() -> Config {
     let mut cfg = small(false);
     cfg.shape.allocator = AllocatorKind::Threaded;
     cfg
+}
+
+/// The faster or the slower ones, with an SSA table that lies outside, and sections beside it or not.
+pub fn small_caching(fast: bool, sections: bool) -> Config {
+    let small = small(fast);
+    let ssa = Some(Cached { sets: 2, ways: 2, line: 4 });
+    let outside = if sections { small.shape.outside } else { 0 };
+    Config::new(small.screen, Shape { ssa, outside, ..small.shape })
 }
 
 /// Chains of which each pixel owns the first section: weights in memory, or none.

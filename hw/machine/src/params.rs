@@ -115,6 +115,21 @@ pub fn too_many_fragments(what: &str, fragments: u64) -> Result<(), ParamError> 
     )))
 }
 
+/// Holds a parameter to powers of two.
+///
+/// # Errors
+/// It is none.
+pub fn power_of_two(name: &str, value: u32) -> Result<(), ParamError> {
+    if value.is_power_of_two() {
+        return Ok(());
+    }
+    Err(ParamError::Value {
+        name: name.to_string(),
+        found: value.to_string(),
+        expected: "a power of two".to_string(),
+    })
+}
+
 /// ` (did you mean ...?)`, or nothing where no name is near.
 pub fn did_you_mean(nearest: &Option<impl AsRef<str>>) -> String {
     match nearest {

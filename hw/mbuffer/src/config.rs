@@ -2,7 +2,7 @@
 
 use super::array;
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Passes, Scan, Shape};
+use pellucid_blocks::chains::config::{self as chains, Cached, Passes, Place, Scan, Shape};
 use pellucid_blocks::weights::WEIGHT_BITS;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -37,8 +37,16 @@ parameters! {
         scan: Scan = Scan::Bitmap, "", ();
         /// Which allocator hands out the further sections.
         allocator: AllocatorKind = AllocatorKind::Fifo, "", ();
-        /// Fragment reads under way at once during resolve.
+        /// Fragment reads under way at once during resolve, and pixels that wait for their SSA entry with ssa=cached.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where the SSA table lies: on chip, or in outside memory with a cache on chip.
+        ssa: Place = Place::OnChip, "", ();
+        /// Sets of that cache (ssa=cached), a power of two.
+        ssa_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        ssa_ways: u32 = 2, "lines", 1..=8;
+        /// SSA entries of a line, a power of two.
+        ssa_line: u32 = 8, "entries", 1..=16;
     }
 }
 
@@ -76,7 +84,7 @@ impl Config {
     ///
     /// # Errors
     /// If all sections together would hold more fragments than a simulation can, or are more than the
-    /// allocator can have.
+    /// allocator can have; if a number of the SSA table's cache is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let free = u64::from(params.overflow_sections) + u64::from(params.outside_sections);
         let sections = u64::from(screen.pixels()) + free;
@@ -97,6 +105,7 @@ impl Config {
             passes: if in_memory { Passes::One } else { Passes::Twice(params.array) },
             weight_bits: if in_memory { WEIGHT_BITS } else { 0 },
             allocator: params.allocator,
+            ssa: Cached::of(params.ssa, params.ssa_sets, params.ssa_ways, params.ssa_line)?,
         };
         let chains = chains::Config::new(screen, shape);
         let array = array::Config { cells: params.array, screen, layer_bits: chains.layer_bits() };

@@ -186,6 +186,7 @@ impl<A: Allocator> Block for MBuffer<A> {
             stored: chains.stored,
             resolved: chains.done,
             again: false,
+            cleared: stored.clear_ready,
             depth_read: chains.depth_read,
             depth_write: WritePort::default(),
             colour_read: sum.colour_read,

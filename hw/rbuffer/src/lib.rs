@@ -269,6 +269,7 @@ impl Block for RBuffer {
             stored,
             resolved: blend.frame_done,
             again: rounds.ends,
+            cleared: true,
             depth_read: select.depth_read,
             depth_write: select.depth_write,
             colour_read: blend.colour_read,

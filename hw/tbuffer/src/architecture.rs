@@ -30,6 +30,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("allocator", "bitmap"), ("sections", "64"), ("outside_sections", "64")],
         &[("allocator", "hierarchical")],
         &[("allocator", "cached")],
+        &[("ssa", "cached"), ("ssa_sets", "2"), ("ssa_line", "4")],
+        &[("ssa", "cached"), ("ssa_sets", "1"), ("append", "walk"), ("scan", "linear")],
     ],
     tight: &[
         ("sections", "40"),
@@ -66,5 +68,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("outside_sections", outside.to_string()),
         ("outside_latency", draw(1..=20).to_string()),
         ("reads_in_flight", draw(2..=9).to_string()),
+        ("ssa", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("ssa_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("ssa_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("ssa_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

@@ -1,7 +1,7 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Passes, Scan, Shape};
+use pellucid_blocks::chains::config::{self as chains, Cached, Passes, Place, Scan, Shape};
 use pellucid_blocks::sorter;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -36,8 +36,16 @@ parameters! {
         outside_sections: u32 = 1_048_576, "sections", 0..=1 << 24;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve.
+        /// Fragment reads under way at once during resolve, and pixels that wait for their SSA entry with ssa=cached.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where the SSA table lies: on chip, or in outside memory with a cache on chip.
+        ssa: Place = Place::OnChip, "", ();
+        /// Sets of that cache (ssa=cached), a power of two.
+        ssa_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        ssa_ways: u32 = 2, "lines", 1..=8;
+        /// SSA entries of a line, a power of two.
+        ssa_line: u32 = 8, "entries", 1..=16;
     }
 }
 
@@ -73,7 +81,7 @@ impl Config {
     ///
     /// # Errors
     /// If all sections together would hold more fragments than a simulation can, or are more than the
-    /// allocator can have.
+    /// allocator can have; if a number of the SSA table's cache is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let sections = u64::from(params.sections) + u64::from(params.outside_sections);
         let fragments = sections * u64::from(params.section_capacity);
@@ -93,6 +101,7 @@ impl Config {
             passes: Passes::Each(params.sorter_depth),
             weight_bits: 0,
             allocator: params.allocator,
+            ssa: Cached::of(params.ssa, params.ssa_sets, params.ssa_ways, params.ssa_line)?,
         };
         let chains = chains::Config::new(screen, shape);
         let sorter = sorter::Config {

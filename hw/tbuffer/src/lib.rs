@@ -174,6 +174,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             stored: chains.stored,
             resolved: chains.done,
             again: false,
+            cleared: stored.clear_ready,
             depth_read: chains.depth_read,
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,

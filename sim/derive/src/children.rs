@@ -51,8 +51,22 @@ pub fn maker(
                         Error::new(field.span(), "expected #[block(BLOCK, CONFIG)]")
                     })?,
                 };
-                let make = syn::Ident::new(make, field.span());
-                quote!(<#block as ::pellucid_sim::Block>::#make(#cfg))
+                let make_child = syn::Ident::new(make, field.span());
+                let made = quote!(<#block as ::pellucid_sim::Block>::#make_child(#cfg));
+                let exists = field.attrs.iter().find(|a| a.path().is_ident("exists"));
+                match exists {
+                    Some(exists) if make == "memories" => {
+                        let exists: Expr = exists.parse_args()?;
+                        quote!({
+                            let mut made = #made;
+                            if !(#exists) {
+                                ::pellucid_sim::Memory::each(&mut made, &mut |memory| memory.leave_out());
+                            }
+                            made
+                        })
+                    }
+                    _ => made,
+                }
             }
             (None, Some(reset)) => {
                 let value: Expr = reset.parse_args()?;

@@ -51,8 +51,9 @@ pub fn registers(input: TokenStream) -> TokenStream {
 /// A struct whose fields are all memories is one too: clocked together, each visited by its name.
 ///
 /// Where fields are children's, each is `#[block(CHILD, cfg.part)]`, then there is a function `new`, which `#[rtl]` makes
-/// the block's `memories`; `#[memory(Type)]` names the configuration (default: `Config`).
-#[proc_macro_derive(Memory, attributes(memory, block))]
+/// the block's `memories`; `#[memory(Type)]` names the configuration (default: `Config`). Memories of a child with
+/// `#[exists(condition)]` have no words where that does not hold.
+#[proc_macro_derive(Memory, attributes(memory, block, exists))]
 pub fn memory(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     memory::derive(&input).unwrap_or_else(|e| e.to_compile_error()).into()

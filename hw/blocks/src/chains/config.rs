@@ -3,9 +3,12 @@
 use super::release;
 use super::tables::Word;
 use crate::allocator::{self, AllocatorKind, Choice};
+use crate::arbiter::{self, Policy};
+use crate::table_cache;
 use pellucid_machine::Outside;
 use pellucid_machine::choice;
 use pellucid_machine::outside::{self, Table};
+use pellucid_machine::params::{ParamError, power_of_two};
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{bits_for, check_range};
 
@@ -17,6 +20,27 @@ choice! {
         /// An occupancy bitmap and its summary skip empty pixels, words at a time.
         Bitmap = "bitmap",
     }
+}
+
+choice! {
+    /// Where a table lies.
+    pub enum Place {
+        /// All of it is on chip.
+        OnChip = "on_chip",
+        /// It is in outside memory, and a cache on chip.
+        Cached = "cached",
+    }
+}
+
+/// How much of a table that lies in outside memory is kept on chip: numbers of a [cache](crate::table_cache).
+#[derive(Clone, Copy, Debug)]
+pub struct Cached {
+    /// Sets; a power of two.
+    pub sets: u32,
+    /// Lines of a set; a power of two.
+    pub ways: u32,
+    /// Entries of a line; a power of two.
+    pub line: u32,
 }
 
 /// The chains' shape. Sections are numbered: those that pixels own, then the free ones on chip, then those
@@ -45,6 +69,8 @@ pub struct Shape {
     pub weight_bits: u32,
     /// Which allocator hands out sections.
     pub allocator: AllocatorKind,
+    /// The SSA table lies outside, with so much of it on chip; else it lies there as a whole.
+    pub ssa: Option<Cached>,
 }
 
 /// How often a pixel's fragments are read back.
@@ -72,6 +98,19 @@ pub struct Config {
     pub null: u32,
     /// The release queue: room for the sections of one pass, and some on their way.
     pub release: release::Config,
+}
+
+impl Cached {
+    /// What `ssa_sets`, `ssa_ways` and `ssa_line` ask for, where `ssa` does.
+    ///
+    /// # Errors
+    /// One of them is no power of two.
+    pub fn of(ssa: Place, sets: u32, ways: u32, line: u32) -> Result<Option<Cached>, ParamError> {
+        for (name, value) in [("ssa_sets", sets), ("ssa_ways", ways), ("ssa_line", line)] {
+            power_of_two(name, value)?;
+        }
+        Ok((ssa == Place::Cached).then_some(Cached { sets, ways, line }))
+    }
 }
 
 impl Config {
@@ -147,21 +186,120 @@ impl Config {
     pub fn lends(&self) -> bool {
         self.shape.allocator == AllocatorKind::Threaded
     }
-    /// The port to the sections outside, a fragment a word.
+    /// Bits of an SSA entry's first section.
+    #[inline]
+    pub fn head_bits(&self) -> u32 {
+        if self.shape.owned { 0 } else { self.id_bits() }
+    }
+    /// Bits of its last section.
+    #[inline]
+    pub fn tail_bits(&self) -> u32 {
+        if self.shape.tail { self.id_bits() } else { 0 }
+    }
+    /// Whether the SSA table lies outside, with a cache on chip.
+    #[inline]
+    pub fn caches_ssa(&self) -> bool {
+        self.shape.ssa.is_some()
+    }
+    /// Pixels that wait for their SSA entry.
+    #[inline]
+    pub fn pixels_ahead(&self) -> u32 {
+        if self.caches_ssa() { self.ssa_cache().in_flight } else { 2 }
+    }
+    /// Fragments in outside memory.
+    #[inline]
+    pub fn fragments_outside(&self) -> u32 {
+        self.shape.outside * self.shape.capacity
+    }
+    /// The port to outside memory: to the sections there, a fragment a word, and to the SSA table behind them if it lies there,
+    /// an entry a word.
     #[inline]
     pub fn port(&self) -> outside::Config {
-        let words = self.shape.outside * self.shape.capacity;
-        if words == 0 {
-            return outside::Config::NONE;
+        let tables = [self.section_words(), self.ssa_words()];
+        outside::Config {
+            words: tables.iter().map(|port| port.words).sum(),
+            bits: tables.iter().map(|port| port.bits).max().unwrap_or(0),
         }
-        outside::Config { words, bits: Word::bits(self) }
     }
     /// The memory behind it.
     pub fn outside_memory(&self) -> Option<Outside> {
         let latency = self.shape.outside_latency;
-        let outside::Config { words, bits } = self.port();
-        let table = || Table { path: "sections.outside".to_string(), words, bits };
-        self.port().exists().then(|| Outside { tables: vec![table()], latency })
+        let tables =
+            [("sections.outside", self.section_words()), ("ssa.outside", self.ssa_words())];
+        let tables = tables.into_iter().filter(|(_, port)| port.exists());
+        let table = |(path, outside::Config { words, bits }): (&str, _)| Table {
+            path: path.to_string(),
+            words,
+            bits,
+        };
+        self.port().exists().then(|| Outside { tables: tables.map(table).collect(), latency })
+    }
+    /// The part of it that the sections have.
+    #[inline]
+    pub fn section_port(&self) -> outside::Config {
+        outside::Config { words: self.fragments_outside(), ..self.port() }
+    }
+    /// The cache of the SSA table.
+    #[inline]
+    pub fn ssa_cache(&self) -> table_cache::Config {
+        let Cached { sets, ways, line } =
+            self.shape.ssa.unwrap_or(Cached { sets: 1, ways: 1, line: 1 });
+        let port =
+            outside::Config { words: self.ssa_words().words.max(1), bits: self.port().bits.max(1) };
+        // What covers a latency of as many cycles as reads are in flight.
+        let reads = self.shape.reads_in_flight;
+        let (in_flight, misses) = (reads + 2 * line, 2 + reads / line);
+        table_cache::Config { port, sets, ways, line, in_flight, misses }
+    }
+    /// Whether sections and the SSA table take turns at the port.
+    #[inline]
+    pub fn shares(&self) -> bool {
+        self.fragments_outside() > 0 && self.caches_ssa()
+    }
+    /// The arbiter between sections and the SSA table.
+    #[inline]
+    pub fn arbiter(&self) -> arbiter::Config {
+        let words = [self.fragments_outside().max(1), self.ssa_words().words.max(1), 0, 0];
+        let reads_in_flight = 2 * self.shape.reads_in_flight;
+        arbiter::Config {
+            words,
+            bits: self.port().bits.max(1),
+            policy: Policy::RoundRobin,
+            reads_in_flight,
+        }
+    }
+    pub(super) fn head_mask(&self) -> u64 {
+        (1 << self.head_bits()) - 1
+    }
+    pub(super) fn tail_mask(&self) -> u64 {
+        (1 << self.tail_bits()) - 1
+    }
+    pub(super) fn fill_mask(&self) -> u64 {
+        if self.shape.tail { (1 << self.fill_bits()) - 1 } else { 0 }
+    }
+    /// Words behind the SSA table's last entry that are in its line.
+    #[inline]
+    pub fn ssa_padding(&self) -> u32 {
+        let pixels = self.screen.pixels();
+        self.shape.ssa.map_or(0, |ssa| pixels.next_multiple_of(ssa.line) - pixels)
+    }
+    pub(super) fn ssa_padding_bits(&self) -> u32 {
+        bits_for(u64::from(self.ssa_padding()))
+    }
+    fn section_words(&self) -> outside::Config {
+        match self.fragments_outside() {
+            0 => outside::Config::NONE,
+            words => outside::Config { words, bits: Word::bits(self) },
+        }
+    }
+    fn ssa_words(&self) -> outside::Config {
+        let Some(Cached { sets, ways, line }) = self.shape.ssa else {
+            return outside::Config::NONE;
+        };
+        // A cache is no larger than what lies behind it.
+        let words = self.screen.pixels().next_multiple_of(line).max(sets * ways * line);
+        let fill = if self.shape.tail { self.fill_bits() } else { 0 };
+        outside::Config { words, bits: self.head_bits() + self.tail_bits() + fill }
     }
     /// The first section outside.
     #[inline]

@@ -38,14 +38,12 @@ pub struct Chain {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Pixels that arrived.
-    #[with(QUEUE_DEPTH)]
+    #[with(cfg.pixels_ahead())]
     pub queue: fifo::State,
     /// The pixel whose entry was asked for.
     #[with(cfg.screen.pixel_bits())]
     pub stage: Stream<Marked<u32>>,
 }
-
-const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -53,7 +51,7 @@ pub struct In {
     /// Pixels to visit, then the end of the frame.
     #[with(cfg.screen.pixel_bits())]
     pub pixel: Stream<Marked<u32>>,
-    /// The SSA entry that was asked for.
+    /// The SSA entry that was asked for. Where the table is cached, once it is there.
     #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
     /// The depth that was asked for.
@@ -80,6 +78,8 @@ pub struct Out {
     /// Sets an SSA entry to NULL.
     #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
+    /// The SSA entry at hand is done with.
+    pub ssa_taken: bool,
     /// Reads a pixel's opaque depth.
     #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
@@ -99,10 +99,14 @@ type Queue = Fifo<Marked<u32>>;
 
 #[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<u32> {
-    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen.pixel_bits() }
+    fifo::Config { depth: cfg.pixels_ahead(), item: cfg.screen.pixel_bits() }
 }
 
-#[rtl(check(Lookup, crate::test_util::small(true)), check(Lookup, crate::test_util::small(false)))]
+#[rtl(
+    check(Lookup, crate::test_util::small(true)),
+    check(Lookup, crate::test_util::small(false)),
+    check(Lookup, crate::test_util::small_caching(true, true))
+)]
 impl Block for Lookup {
     type Config = Config;
     type State = State;
@@ -131,8 +135,10 @@ impl Block for Lookup {
 
         // Second stage: the pixel's entry and depth are at hand.
         let Marked { end, item: pixel } = q.stage.payload;
-        let found = q.stage.valid && (end || !cfg.is_null(i.ssa.data));
-        let stall = found && !i.chain_ready;
+        let there = cfg.is_there(i.ssa);
+        let found = q.stage.valid && (end || (there && !cfg.is_null(i.ssa.data)));
+        let stall = (found && !i.chain_ready) || (q.stage.valid && !end && !there);
+        let ssa_taken = q.stage.valid && !end && !stall;
         if found && !end && i.chain_ready {
             ssa_write.write(pixel, SsaEntry::null(cfg));
         }
@@ -150,7 +156,7 @@ impl Block for Lookup {
         let to_queue = fifo::In { push: i.pixel, pop: !stall };
         Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         let chain = Stream { valid: found, payload: Marked { end, item: chain } };
-        Out { ssa_read, ssa_write, depth_read, chain }
+        Out { ssa_read, ssa_write, ssa_taken, depth_read, chain }
     }
 }
 

@@ -34,6 +34,8 @@ pub mod walk;
 pub mod weigh;
 
 use crate::allocator::{self, Allocator};
+use crate::arbiter::{self, Arbiter};
+use crate::table_cache::{self, TableCache};
 use answers::{Answers, Words};
 use config::Config;
 use lookup::Chain;
@@ -42,6 +44,7 @@ use occupancy::Occupancy;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Z_BITS};
 use pellucid_sim::Block;
+use pellucid_sim::ram::port;
 use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, rtl};
 use pool::Pool;
 use read_back::ReadBack;
@@ -49,7 +52,7 @@ use sections::Sections;
 use ssa::Ssa;
 use std::marker::PhantomData;
 use store::Store;
-use tables::unpacked;
+use tables::{SsaEntry, unpacked};
 
 /// The chains, with allocator `A`.
 pub struct Chains<A>(PhantomData<A>);
@@ -77,6 +80,20 @@ pub struct State<A: Allocator> {
     #[with(*cfg)]
     #[block(ReadBack)]
     pub read_back: read_back::State,
+    /// The cache of the SSA table.
+    #[with(cfg.ssa_cache())]
+    #[exists(cfg.caches_ssa())]
+    #[block(TableCache, cfg.ssa_cache())]
+    pub ssa: table_cache::State,
+    /// Sections and SSA table take turns at the port.
+    #[with(cfg.arbiter())]
+    #[exists(cfg.shares())]
+    #[block(Turns, cfg.arbiter())]
+    pub turns: arbiter::State,
+    /// Words behind the SSA table's last entry that are cleared, so that its last line is whole.
+    #[width(cfg.ssa_padding_bits())]
+    #[exists(cfg.ssa_padding() > 0)]
+    pub padded: u32,
     /// All pixels are written; the last sections may still be on their way back.
     pub written: bool,
 }
@@ -87,6 +104,14 @@ pub struct Mem<A: Allocator> {
     /// See [`ssa`].
     #[block(Ssa, *cfg)]
     pub ssa: ssa::Mem,
+    /// The cache of the SSA table.
+    #[block(TableCache, cfg.ssa_cache())]
+    #[exists(cfg.caches_ssa())]
+    pub ssa_cache: table_cache::Mem,
+    /// Whose answers come.
+    #[block(Turns, cfg.arbiter())]
+    #[exists(cfg.shares())]
+    pub turns: arbiter::Mem,
     /// See [`nsa`].
     #[block(Nsa, *cfg)]
     pub nsa: nsa::Mem,
@@ -130,7 +155,7 @@ pub struct In {
     /// A number: what every pixel, or word of the bitmap, of that number has is cleared.
     #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
-    /// What the memory of the sections outside shows.
+    /// What the outside memory shows.
     #[with(cfg.port())]
     #[exists(cfg.port().exists())]
     pub outside: outside::In,
@@ -141,6 +166,8 @@ pub struct In {
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
+    /// What is cleared is taken.
+    pub clear_ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
     #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
@@ -179,7 +206,7 @@ pub struct Wires {
     /// Fragments that were read back.
     #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Handshake<Marked<Arrived>>,
-    /// The port to the sections outside.
+    /// The port to outside memory.
     #[with(cfg.port())]
     #[exists(cfg.port().exists())]
     pub outside: outside::Wires,
@@ -214,13 +241,23 @@ pub struct Events {
     pub read_again: bool,
     /// A stored fragment turned out to be hidden.
     pub culled_late: bool,
+    /// An SSA entry is found in the cache, or on its way there.
+    pub ssa_hit: bool,
+    /// An SSA entry is not.
+    pub ssa_miss: bool,
+    /// An SSA entry goes from the cache to memory.
+    pub ssa_write_back: bool,
 }
+
+type Turns = Arbiter;
 
 #[rtl(
     check(Chains<allocator::FreeList>, crate::test_util::small(true)),
     check(Chains<allocator::FreeList>, crate::test_util::small(false)),
     check(Chains<allocator::FreeList>, crate::test_util::small_owned(true)),
-    check(Chains<allocator::Chosen>, crate::test_util::small_lending())
+    check(Chains<allocator::Chosen>, crate::test_util::small_lending()),
+    check(Chains<allocator::FreeList>, crate::test_util::small_caching(true, true)),
+    check(Chains<allocator::FreeList>, crate::test_util::small_caching(false, false))
 )]
 impl<A: Allocator> Block for Chains<A> {
     type Config = Config;
@@ -232,8 +269,16 @@ impl<A: Allocator> Block for Chains<A> {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
+        let mut ready = Store::moore(cfg, &q.store, &m.store).ready;
+        let mut clear_ready = true;
+        if cfg.caches_ssa() {
+            let ssa = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache);
+            ready &= ssa.ready;
+            clear_ready = ssa.clear_ready && q.padded == cfg.ssa_padding();
+        }
         Moore {
-            ready: Store::moore(cfg, &q.store, &m.store).ready,
+            ready,
+            clear_ready,
             arrived: ReadBack::moore(cfg, &q.read_back, &m.read_back).arrived,
         }
     }
@@ -241,14 +286,31 @@ impl<A: Allocator> Block for Chains<A> {
     #[inline(always)]
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
-        let ssa = Ssa::moore(cfg, &(), &m.ssa);
+        let mut ssa = Ssa::moore(cfg, &(), &m.ssa);
+        let mut ssa_ready = true;
+        if cfg.caches_ssa() {
+            let seen = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache);
+            let data = cfg.unpacked_entry(seen.entry.payload.word);
+            ssa = Read { valid: seen.entry.valid, data };
+            ssa_ready = seen.ready;
+        }
         let nsa = Nsa::moore(cfg, &(), &m.nsa);
         let mut occupancy = occupancy::Moore::default();
         if cfg.shape.bitmap {
             occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
         }
         let sections = Sections::moore(cfg, &q.sections, &m.sections);
-        let response = i.outside.response;
+        // What sections and SSA table see of the outside memory.
+        let mut section_memory = i.outside;
+        let mut ssa_memory = i.outside;
+        if cfg.shares() {
+            let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
+            section_memory = arbiter::client(&0, turns, i.outside);
+            ssa_memory = arbiter::client(&1, turns, i.outside);
+        } else if cfg.caches_ssa() {
+            section_memory = outside::In::default();
+        }
+        let response = section_memory.response;
         let words = Words {
             on_chip: sections.on_chip,
             outside: Read { valid: response.valid, data: unpacked(response.payload) },
@@ -267,9 +329,12 @@ impl<A: Allocator> Block for Chains<A> {
         let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
 
+        let mut fragment = i.fragment;
+        fragment.valid &= ssa_ready;
+        let taken = fragment.valid && Store::moore(cfg, &q.store, &m.store).ready;
         let store = if i.storing {
             let to_store = store::In {
-                fragment: i.fragment,
+                fragment,
                 ssa,
                 nsa,
                 word,
@@ -287,6 +352,7 @@ impl<A: Allocator> Block for Chains<A> {
             let to_read_back = read_back::In {
                 start: store.frame_stored,
                 ssa,
+                ssa_ready,
                 nsa,
                 occupancy,
                 word,
@@ -310,7 +376,9 @@ impl<A: Allocator> Block for Chains<A> {
             lookup_write: back.ssa_write,
             clear: i.clear,
         };
-        Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
+        if !cfg.caches_ssa() {
+            Ssa::next(cfg, &(), &mut (), &mut m.ssa, to_ssa);
+        }
         if cfg.shape.bitmap {
             let to_occupancy = occupancy::In {
                 ask: store.occupancy_ask,
@@ -327,10 +395,52 @@ impl<A: Allocator> Block for Chains<A> {
             write: if store.stored_write.valid { store.stored_write } else { store.place },
             word: if store.stored_write.valid { store.stored_word } else { store.word },
             read: if store.stored_read.valid { store.stored_read } else { back.read },
-            taken: i.outside.ready,
+            taken: section_memory.ready,
         };
-        let request =
+        let mut request =
             Sections::next(cfg, &q.sections, &mut d.sections, &mut m.sections, to_sections).request;
+        let mut cached = table_cache::Out::default();
+        if cfg.caches_ssa() {
+            let of_store = i.storing && !i.fragment.payload.end;
+            let of_lookup = back.pixel.valid && back.pixel.ready && !back.pixel.payload.end;
+            let mut ask = Stream { valid: of_lookup, payload: back.pixel.payload.item };
+            let mut write = port::written(back.ssa_write);
+            if i.storing {
+                let pixel = i.fragment.payload.item.pixel;
+                ask = Stream { valid: taken && of_store, payload: pixel };
+                write = port::written(store.ssa_write);
+            }
+            let null = cfg.packed_entry(SsaEntry::null(cfg));
+            let mut cleared = i.clear.payload;
+            if q.padded < cfg.ssa_padding() {
+                cleared = cfg.screen.pixels() + q.padded;
+                let room = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache).clear_ready;
+                d.padded = q.padded + u32::from(i.clear.valid && room);
+            }
+            let to_cache = table_cache::In {
+                ask,
+                taken: store.ssa_taken || back.ssa_taken,
+                write: Stream { valid: write.valid, payload: cfg.packed_entry(write.payload) },
+                clear: Stream {
+                    valid: i.clear.valid,
+                    payload: table_cache::Entry { address: cleared, word: null },
+                },
+                memory: ssa_memory,
+            };
+            cached =
+                TableCache::next(&cfg.ssa_cache(), &q.ssa, &mut d.ssa, &mut m.ssa_cache, to_cache);
+            if cfg.shares() {
+                let to_turns = arbiter::In {
+                    request: [request, cached.request, Stream::idle(), Stream::idle()],
+                    memory: i.outside,
+                };
+                request =
+                    Turns::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns)
+                        .request;
+            } else {
+                request = cached.request;
+            }
+        }
         let to_pool =
             allocator::In { take: store.take, release: back.release, word: nsa.data.next };
         let lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
@@ -350,7 +460,7 @@ impl<A: Allocator> Block for Chains<A> {
                 // What was asked for always finds room.
                 outside: outside::Wires {
                     request: request.with(i.outside.ready),
-                    response: response.with(true),
+                    response: i.outside.response.with(true),
                 },
                 events: Events {
                     stored: store.place.valid,
@@ -365,6 +475,9 @@ impl<A: Allocator> Block for Chains<A> {
                     read: back.read.valid,
                     read_again: back.read_again,
                     culled_late: back.culled,
+                    ssa_hit: cached.hit,
+                    ssa_miss: cached.miss,
+                    ssa_write_back: cached.write_back,
                 },
             },
         }

@@ -31,6 +31,12 @@ pellucid_sim::counters! {
         allocator_stalls: "cycles",
         /// Sections that were taken in another row of 64 than the one before them.
         row_switches: "sections",
+        /// SSA entries that were found in their cache, or on their way to it.
+        ssa_hits: "entries",
+        /// SSA entries whose line was fetched.
+        ssa_misses: "entries",
+        /// SSA entries that went back to outside memory to make room.
+        ssa_written_back: "entries",
     }
 }
 
@@ -106,7 +112,7 @@ impl ChainsMonitor {
     pub fn observe_store(&mut self, wires: &Wires) -> Result<(), Violation> {
         // The read-back is clocked from the last cycle of the store on.
         self.pixel.observe(wires.pixel)?;
-        self.request.observe(wires.outside.request)?;
+        self.observe_port(wires)?;
         let e = &wires.events;
         self.stored += u64::from(e.stored);
         self.spilled += u64::from(e.spilled);
@@ -137,7 +143,7 @@ impl ChainsMonitor {
         self.chain.observe(wires.chain)?;
         self.arrived.observe(wires.arrived)?;
         self.release.observe(wires.release)?;
-        self.request.observe(wires.outside.request)?;
+        self.observe_port(wires)?;
         let (e, own) = (&wires.events, &mut self.own);
         own.chains_read += u64::from(e.chain_begun);
         own.fragments_read += u64::from(e.read && !e.read_again);
@@ -148,6 +154,14 @@ impl ChainsMonitor {
             self.frame = Usage::default();
         }
         Ok(())
+    }
+
+    fn observe_port(&mut self, wires: &Wires) -> Result<(), Violation> {
+        let (e, own) = (&wires.events, &mut self.own);
+        own.ssa_hits += u64::from(e.ssa_hit);
+        own.ssa_misses += u64::from(e.ssa_miss);
+        own.ssa_written_back += u64::from(e.ssa_write_back);
+        self.request.observe(wires.outside.request)
     }
 
     /// The streams between the blocks.
@@ -216,11 +230,15 @@ impl ChainsMonitor {
             Shape { owned: false, tail: true, .. } => peak.sections - peak.pixels,
             _ => peak.sections,
         };
-        memories.set_peak("chains.ssa.table", peak.pixels);
+        if cfg.caches_ssa() {
+            memories.set_peak("chains.ssa.outside", peak.pixels);
+        } else {
+            memories.set_peak("chains.ssa.table", peak.pixels);
+        }
         memories.set_peak("chains.nsa.table", entries);
         memories.set_peak("chains.nsa.lent", entries);
         memories.set_peak("chains.sections.on_chip", peak.words);
-        if cfg.port().exists() {
+        if cfg.fragments_outside() > 0 {
             memories.set_peak("chains.sections.outside", peak.outside_words);
         }
     }

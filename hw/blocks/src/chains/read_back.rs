@@ -70,6 +70,9 @@ pub struct In {
     /// The SSA entry that was asked for.
     #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
+    /// SSA entries may be asked for, where the table is cached.
+    #[exists(cfg.caches_ssa())]
+    pub ssa_ready: bool,
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
@@ -109,6 +112,8 @@ pub struct Out {
     /// Sets an SSA entry to NULL.
     #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
+    /// The SSA entry at hand is done with.
+    pub ssa_taken: bool,
     /// Reads an NSA entry.
     #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
@@ -165,7 +170,12 @@ impl Block for ReadBack {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let pixel = Scan::moore(cfg, &q.scan, &()).pixel;
-        let lookup_ready = Lookup::moore(cfg, &q.lookup, &m.lookup).ready;
+        let mut lookup_ready = Lookup::moore(cfg, &q.lookup, &m.lookup).ready;
+        let mut asked = pixel;
+        if cfg.caches_ssa() {
+            lookup_ready &= i.ssa_ready;
+            asked.valid &= i.ssa_ready;
+        }
         let chain_ready = ChainReader::moore(cfg, &q.reader, &m.reader).ready;
         let release = ReleaseQueue::moore(&cfg.release, &q.release, &m.release);
 
@@ -177,7 +187,7 @@ impl Block for ReadBack {
             pixel_ready: lookup_ready,
         };
         let scan = Scan::next(cfg, &q.scan, &mut d.scan, &mut (), to_scan);
-        let to_lookup = lookup::In { pixel, ssa: i.ssa, depth: i.depth, chain_ready };
+        let to_lookup = lookup::In { pixel: asked, ssa: i.ssa, depth: i.depth, chain_ready };
         let lookup = Lookup::next(cfg, &q.lookup, &mut d.lookup, &mut m.lookup, to_lookup);
         let to_reader = reader::In {
             chain: lookup.chain,
@@ -194,6 +204,7 @@ impl Block for ReadBack {
         Out {
             ssa_read: lookup.ssa_read,
             ssa_write: lookup.ssa_write,
+            ssa_taken: lookup.ssa_taken,
             nsa: reader.nsa,
             scan,
             read: reader.read,

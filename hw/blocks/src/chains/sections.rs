@@ -40,8 +40,8 @@ pub struct In {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// A request that the outside memory did not take yet.
-    #[with(cfg.port())]
-    #[exists(cfg.port().exists())]
+    #[with(cfg.section_port())]
+    #[exists(cfg.shape.outside > 0)]
     #[block(Requests)]
     pub requests: skid::State<Request>,
 }
@@ -62,8 +62,8 @@ pub struct Moore {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// What is asked of the outside memory.
-    #[with(cfg.port())]
-    #[exists(cfg.port().exists())]
+    #[with(cfg.section_port())]
+    #[exists(cfg.shape.outside > 0)]
     pub request: Stream<Request>,
 }
 
@@ -115,7 +115,7 @@ impl Block for Sections {
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let mut ready = true;
         if cfg.shape.outside > 0 {
-            ready = Requests::moore(&cfg.port(), &q.requests, &()).ready;
+            ready = Requests::moore(&cfg.section_port(), &q.requests, &()).ready;
         }
         Moore { on_chip: m.on_chip.q(), ready }
     }
@@ -140,8 +140,13 @@ impl Block for Sections {
                 push = Stream::offer(Request { write: writes, address, word: packed(i.word) });
             }
             let to_requests = skid::In { push, taken: i.taken };
-            request =
-                Requests::next(&cfg.port(), &q.requests, &mut d.requests, &mut (), to_requests);
+            request = Requests::next(
+                &cfg.section_port(),
+                &q.requests,
+                &mut d.requests,
+                &mut (),
+                to_requests,
+            );
         }
         Out { request }
     }

@@ -66,7 +66,9 @@ impl Block for Ssa {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { table: Ram1R1W::new(cfg.screen.pixels(), *cfg, 1, ReadDuringWrite::New) }
+        // Where it is cached, the table lies in outside memory.
+        let pixels = if cfg.caches_ssa() { 0 } else { cfg.screen.pixels() };
+        Mem { table: Ram1R1W::new(pixels, *cfg, 1, ReadDuringWrite::New) }
     }
 
     #[inline(always)]
@@ -89,8 +91,10 @@ impl Block for Ssa {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::allocator::FreeList;
+    use crate::chains::Chains;
     use crate::chains::config::Shape;
-    use crate::test_util::{Clocked, screen, shape};
+    use crate::test_util::{Clocked, screen, shape, small, small_caching};
 
     fn nothing() -> In {
         In {
@@ -133,6 +137,26 @@ mod tests {
         let both = In { store_read: read(5), store_write: write(5, USED), ..nothing() };
         table.clock(both).unwrap();
         assert_eq!(table.moore(), Read { valid: true, data: USED });
+    }
+
+    /// The table is on chip, or behind a cache and, with sections there, an arbiter.
+    #[test]
+    fn what_is_not_needed_has_no_words() {
+        for (cfg, expected) in [
+            (small(true), [true, false, false]),
+            (small_caching(true, false), [false, true, false]),
+            (small_caching(true, true), [false, true, true]),
+        ] {
+            let mut memories = Chains::<FreeList>::memories(&cfg);
+            let mut words = [0; 3];
+            memories.visit("", &mut |path, storage| {
+                let of = ["ssa.", "ssa_cache.", "turns."].map(|part| path.starts_with(part));
+                if let Some(k) = of.iter().position(|is| *is) {
+                    words[k] += storage.info().words;
+                }
+            });
+            assert_eq!(words.map(|words| words > 0), expected, "{words:?}");
+        }
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub enum Fsm {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Fragments that arrived.
-    #[with(QUEUE_DEPTH)]
+    #[with(cfg.pixels_ahead())]
     pub queue: fifo::State,
     /// The fragment at hand.
     #[with(cfg.screen)]
@@ -60,15 +60,13 @@ pub struct State {
     pub weigh: weigh::State,
 }
 
-const QUEUE_DEPTH: u32 = 2;
-
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct In {
     /// Transparent fragments in arrival order, then the end of the frame.
     #[with(cfg.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
-    /// The SSA entry that was asked for.
+    /// The SSA entry that was asked for. Where the table is cached, once it is there.
     #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
     /// The NSA entry that was asked for.
@@ -107,6 +105,8 @@ pub struct Out {
     /// Writes an SSA entry.
     #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
+    /// The SSA entry at hand is done with. It is written in that cycle or not at all.
+    pub ssa_taken: bool,
     /// Reads or writes an NSA entry.
     #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
@@ -156,14 +156,15 @@ type Queue = Fifo<Marked<PixelFragment>>;
 
 #[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<pellucid_machine::pixel::Screen> {
-    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+    fifo::Config { depth: cfg.pixels_ahead(), item: cfg.screen }
 }
 
 #[rtl(
     check(Store, crate::test_util::small(true)),
     check(Store, crate::test_util::small(false)),
     check(Store, crate::test_util::small_owned(false)),
-    check(Store, crate::test_util::small_owned(true))
+    check(Store, crate::test_util::small_owned(true)),
+    check(Store, crate::test_util::small_caching(true, true))
 )]
 impl Block for Store {
     type Config = Config;
@@ -197,7 +198,8 @@ impl Block for Store {
         let fragment = q.stage.payload.item;
         let PixelFragment { pixel, z, rgba, label } = fragment;
         let mut o = Out { frame_stored: q.stage.valid && q.stage.payload.end, ..Out::default() };
-        let at_hand = q.stage.valid && !q.stage.payload.end;
+        let pixel_at_hand = q.stage.valid && !q.stage.payload.end;
+        let at_hand = pixel_at_hand && cfg.is_there(i.ssa);
 
         // Where does the fragment go? To a slot that the pixel has, or into a new section: its first,
         // or one behind its last.
@@ -314,7 +316,8 @@ impl Block for Store {
         }
 
         // The next fragment comes to hand once this one is done.
-        let done = !at_hand || linked || o.dropped || (o.place.valid && !linking);
+        let done = !pixel_at_hand || linked || o.dropped || (o.place.valid && !linking);
+        o.ssa_taken = pixel_at_hand && done;
         if done {
             d.fsm = Fsm::Start;
             let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;

@@ -3,18 +3,18 @@
 use super::config::Config;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{RGBA_BITS, Z_BITS};
-use pellucid_sim::{Label, Signals, rtl};
+use pellucid_sim::{Label, Read, Signals, rtl};
 
 /// A word of the SSA (start-section address) table: a pixel's chain of sections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 pub struct SsaEntry {
     /// The first section, or NULL (the number of sections) if the pixel has no fragment. Where pixels own
     /// a section, the table does not have it.
-    #[width(if cfg.shape.owned { 0 } else { cfg.id_bits() })]
+    #[width(cfg.head_bits())]
     pub head: u32,
     /// The last section; where pixels own a section, NULL if the pixel has no fragment. The table has it
     /// only if tails are kept.
-    #[width(if cfg.shape.tail { cfg.id_bits() } else { 0 })]
+    #[width(cfg.tail_bits())]
     pub tail: u32,
     /// Fragments in the last section, likewise.
     #[width(if cfg.shape.tail { cfg.fill_bits() } else { 0 })]
@@ -23,6 +23,30 @@ pub struct SsaEntry {
 
 #[rtl]
 impl Config {
+    /// Whether the entry that was asked for is shown. On chip it is in the next cycle.
+    #[inline(always)]
+    pub fn is_there(&self, ssa: Read<SsaEntry>) -> bool {
+        !self.caches_ssa() || ssa.valid
+    }
+    /// An SSA entry as a word of outside memory: its first section lowest, then its last, then how full that is.
+    #[inline(always)]
+    pub fn packed_entry(&self, entry: SsaEntry) -> outside::Word {
+        let (head, tail, fill) =
+            (u64::from(entry.head), u64::from(entry.tail), u64::from(entry.fill));
+        let low = (fill << self.tail_bits() | tail) << self.head_bits() | head;
+        outside::Word { low, high: 0, label: Label::NONE }
+    }
+    /// The SSA entry that a word of outside memory holds.
+    #[inline(always)]
+    pub fn unpacked_entry(&self, word: outside::Word) -> SsaEntry {
+        let (above, beyond) =
+            (word.low >> self.head_bits(), word.low >> self.head_bits() >> self.tail_bits());
+        SsaEntry {
+            head: (word.low & self.head_mask()) as u32,
+            tail: (above & self.tail_mask()) as u32,
+            fill: (beyond & self.fill_mask()) as u32,
+        }
+    }
     /// Whether an entry is that of a pixel without fragments.
     #[inline(always)]
     pub fn is_null(&self, entry: SsaEntry) -> bool {

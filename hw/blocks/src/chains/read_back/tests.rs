@@ -73,6 +73,7 @@ impl Bench {
                 break;
             }
             let i = In {
+                ssa_ready: true,
                 start: cycle == 0,
                 ssa: self.ssa.q(),
                 nsa: self.stored.nsa.q(),
