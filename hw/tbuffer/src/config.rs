@@ -43,7 +43,7 @@ parameters! {
         /// Sets of that cache (ssa=cached), a power of two.
         ssa_sets: u32 = 256, "sets", 1..=1 << 16;
         /// Lines of a set, a power of two.
-        ssa_ways: u32 = 2, "lines", 1..=8;
+        ssa_ways: u32 = 4, "lines", 1..=8;
         /// SSA entries of a line, a power of two.
         ssa_line: u32 = 8, "entries", 1..=16;
     }

@@ -16,13 +16,14 @@
 //!
 //! | module | what it has |
 //! | --- | --- |
-//! | [`allocator`], [`lanes`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`] | the contracts |
+//! | [`allocator`], [`lanes`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`], [`buffer`] | the contracts |
 //! | [`mod@reference`] | what a contract is |
 //! | [`harness`] | what runs a block beside one |
 //! | [`trials`] | the tests that are made of it |
 
 pub mod allocator;
 pub mod blender;
+pub mod buffer;
 pub mod fifo;
 pub mod harness;
 pub mod lanes;

@@ -66,14 +66,14 @@ impl Bench {
         let cycle = self.sim.cycle();
         let (seen, memory) = (self.sim.moore(), self.memory.shows(cycle));
         assert_eq!(seen.idle, self.readers.is_empty() && self.kept.iter().all(Option::is_none));
-        for k in 0..self.kept.len() {
+        for (k, offer) in offers.iter().enumerate().take(self.kept.len()) {
             let shown = client(&(k as u32), seen, memory);
             assert_eq!(shown.ready, self.kept[k].is_none());
             if shown.response.valid {
                 assert_eq!(self.readers.front(), Some(&k), "an answer for another client");
                 self.answers[k].push((cycle, shown.response.payload));
             }
-            self.from_client[k].observe(offers[k].with(shown.ready)).unwrap();
+            self.from_client[k].observe(offer.with(shown.ready)).unwrap();
         }
         let with_ready = |ready| In { request: offers, memory: outside::In { ready, ..memory } };
         assert!(valid_ignores_ready::<Arbiter, Request>(
@@ -330,11 +330,10 @@ proptest! {
             let Some((_, who)) = bench.gone.get(gone) else { continue };
             let reads = |k: usize| waiting[k].is_some_and(|request| !request.write);
             for k in 0..clients.len() {
+                let all = reads_in_flight == 400 && waiting[k].is_some();
                 if *who as usize == k {
                     behind[k] = 0;
-                } else if reads_in_flight == 400 && waiting[k].is_some() {
-                    behind[k] += 1;
-                } else if reads(k) && reads(*who as usize) {
+                } else if all || (reads(k) && reads(*who as usize)) {
                     behind[k] += 1;
                 }
                 prop_assert!(!in_turn || behind[k] < clients.len(), "client {} starves", k);

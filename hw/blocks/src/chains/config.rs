@@ -204,7 +204,8 @@ impl Config {
     /// Pixels that wait for their SSA entry.
     #[inline]
     pub fn pixels_ahead(&self) -> u32 {
-        if self.caches_ssa() { self.ssa_cache().in_flight } else { 2 }
+        // As many as the cache may have been asked for.
+        if self.caches_ssa() { self.ssa_cache().in_flight + 4 } else { 2 }
     }
     /// Fragments in outside memory.
     #[inline]

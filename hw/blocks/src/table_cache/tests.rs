@@ -457,6 +457,9 @@ proptest! {
             );
             prop_assert!(honest, "a request waits for the memory");
             bench.cycle(i);
+            if idle && !(clear.valid && clear_ready) {
+                prop_assert!(!bench.to_memory.last().0, "it is idle while it asks for something");
+            }
             sent += usize::from(ask.valid && ready);
             if left == 0 {
                 source.edge(ready);

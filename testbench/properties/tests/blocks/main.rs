@@ -2,6 +2,7 @@
 
 mod allocator;
 mod blender;
+mod buffer;
 mod fifo;
 mod found;
 mod invalid;
@@ -43,7 +44,7 @@ fn the_manifest_in_the_book_is_complete() {
 /// The sentences of the contracts as they stand in the book.
 #[test]
 fn the_book_has_the_properties() {
-    use pellucid_properties::{allocator, blender, fifo, lanes, ram, sorter, stream};
+    use pellucid_properties::{allocator, blender, buffer, fifo, lanes, ram, sorter, stream};
     let page = ["properties.md", "allocators.md"].map(page).concat();
     let has = |sentences: &[&dyn std::fmt::Display]| {
         for sentence in sentences {
@@ -77,5 +78,9 @@ fn the_book_has_the_properties() {
     {
         use blender::Property::{Blended, Colour, Done, Fault, Read, Write};
         has(&[&Read, &Write, &Colour, &Blended, &Done, &Fault]);
+    }
+    {
+        use buffer::Property::{Early, Fault, Flush, Held, Range, Read, Stuck};
+        has(&[&Read, &Early, &Held, &Range, &Flush, &Stuck, &Fault]);
     }
 }
