@@ -142,6 +142,17 @@ mod tests {
     }
 
     #[test]
+    fn a_cache_has_powers_of_two() {
+        let screen = Screen { width: 4, height: 4, background: 0 };
+        for (name, value) in [("ssa_sets", "3"), ("ssa_ways", "6"), ("ssa_line", "12")] {
+            let mut params = Params::default();
+            params.set(name, value).unwrap();
+            let error = Config::new(screen, params).unwrap_err().to_string();
+            assert_eq!(error, format!("parameter `{name}` is {value}: expected a power of two"));
+        }
+    }
+
+    #[test]
     fn too_much_storage_is_refused() {
         let screen = Screen { width: 4, height: 4, background: 0 };
         let mut params = Params::default();

@@ -74,6 +74,44 @@ fn the_sections_of_hidden_fragments_are_back_for_the_next_frame() {
     assert_eq!([stored, dropped], [2 * u64::from(layers), 0]);
 }
 
+/// Whatever the latency, as long as so many reads are in flight: what counts are the words that the port moves, those of a
+/// line in and out for each pixel of a frame that comes back to none of its lines.
+#[test]
+fn an_ssa_table_outside_costs_words_and_no_latency() {
+    let screen = Screen { width: 64, height: 48, background: 0 };
+    let (pixels, line) = (screen.pixels(), 4);
+    let fragment = |k: u32| {
+        // Line after line, then the next pixel of each.
+        let pixel = k % (pixels / line) * line + k / (pixels / line);
+        Fragment { x: pixel % 64, y: pixel / 64, z: k, rgba: 0x80, label: Label::NONE }
+    };
+    let frame: Vec<Fragment> = (0..pixels).map(fragment).collect();
+    let cycles = |latency: u32| {
+        let mut parameters = sections(pixels, 0);
+        parameters.extend([
+            ("ssa", "cached".to_string()),
+            ("ssa_sets", "128".to_string()),
+            ("ssa_ways", "4".to_string()),
+            ("ssa_line", line.to_string()),
+            ("outside_latency", latency.to_string()),
+            ("reads_in_flight", latency.max(2).to_string()),
+        ]);
+        let setup = Setup::free(&ARCHITECTURE, screen, parameters);
+        let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+        assert_eq!(run.tally.figure("ssa_misses"), u64::from(pixels + pixels / line));
+        run.tally.cycles.of("store").unwrap()
+    };
+    // The first lines of all leave clean ones, or none; then each that comes sends one away.
+    let words = u64::from(2 * pixels * line - 512 * line);
+    for latency in [1, 64, 256] {
+        let cycles = cycles(latency);
+        assert!(
+            (words..=words + words / 20).contains(&cycles),
+            "{latency}: {cycles}, {words} words"
+        );
+    }
+}
+
 #[test]
 fn a_display_that_takes_nothing_is_named() {
     let screen = Screen { width: 4, height: 4, background: 0 };
