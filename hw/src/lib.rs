@@ -9,6 +9,7 @@ pub static ARCHITECTURES: &[&Architecture] = &[
     &pellucid_rbuffer::architecture::ARCHITECTURE,
     &pellucid_mbuffer::architecture::ARCHITECTURE,
     &pellucid_composer::architecture::ARCHITECTURE,
+    &pellucid_dfb::architecture::ARCHITECTURE,
 ];
 
 /// The architecture of that name.

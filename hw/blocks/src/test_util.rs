@@ -3,6 +3,7 @@
 use crate::allocator::AllocatorKind;
 use crate::buffer::Buffer;
 use crate::chains::config::{Cached, Config, Passes, Shape};
+use crate::array::config as array;
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;
@@ -304,4 +305,26 @@ impl<B: Counted> Bench<B> {
         prop_assert_eq!(&self.memory.words, &array);
         Ok(())
     }
+/// Arrays for few pixels, whose memories are smaller than random numbers: with bands where counted down, with drops where
+/// counted up.
+pub fn arrays(lanes: u32, down: bool) -> array::Config {
+    let shape = array::Shape {
+        lanes,
+        count_bits: 3,
+        down,
+        sweeps: false,
+        bands: down,
+        on_chip: 13,
+        outside: 6,
+        outside_latency: 3,
+        reads_in_flight: 5,
+        depth: 4,
+    };
+    array::Config::new(screen(16, 9), shape)
+}
+
+/// The same of which the counters are summed up in sweeps.
+pub fn sweeping(lanes: u32, down: bool, bands: bool) -> array::Config {
+    let cfg = arrays(lanes, down);
+    array::Config::new(cfg.screen, array::Shape { sweeps: true, bands, ..cfg.shape })
 }

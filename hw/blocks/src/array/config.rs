@@ -1,0 +1,203 @@
+//! What arrays of fragments are made of.
+
+use crate::allocator::AllocatorKind;
+use crate::chains::config::{self as chains, Passes};
+use pellucid_machine::Outside;
+use pellucid_machine::pixel::Screen;
+use pellucid_sim::{Signals, bits_for, check_range, rtl};
+
+/// The most counters that a word can have.
+pub const MAX_LANES: usize = 16;
+
+/// The arrays' shape. Slots are numbered: those on chip, then those outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Counters of a word, and so those that are summed up at once: a power of two, 1..=[`MAX_LANES`].
+    pub lanes: u32,
+    /// Bits of a counter, 1 to 32.
+    pub count_bits: u32,
+    /// A fragment's slot is found by counting down from the end of its pixel's array; else by counting up from its base.
+    pub down: bool,
+    /// Counters are summed up in sweeps over memory, each of which doubles how many are in a sum; else in one.
+    pub sweeps: bool,
+    /// What does not fit into the buffer is stored in a further band; else it is dropped.
+    pub bands: bool,
+    /// Slots on chip, at least 1.
+    pub on_chip: u32,
+    /// Further ones in outside memory.
+    pub outside: u32,
+    /// From a read request to outside memory to its data, in cycles, at least 1.
+    pub outside_latency: u32,
+    /// Fragment reads under way at once, at least 2.
+    pub reads_in_flight: u32,
+    /// Fragments of a pixel that the receiver takes in one pass, at least 1.
+    pub depth: u32,
+}
+
+/// Everything that the blocks need to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// The shape.
+    pub shape: Shape,
+    /// The slots: sections of one fragment.
+    pub fragments: chains::Config,
+}
+
+/// Pixels that are stored and read back at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Band {
+    /// The first one.
+    #[width(if cfg.shape.bands { cfg.band_bits() } else { 0 })]
+    pub from: u32,
+    /// The one behind the last.
+    #[width(cfg.band_bits())]
+    pub to: u32,
+}
+
+impl Config {
+    /// All of that shape.
+    ///
+    /// # Panics
+    /// If a number is outside of its range.
+    pub fn new(screen: Screen, shape: Shape) -> Config {
+        check_range("the number of lanes of a word of counters", shape.lanes, 1..=MAX_LANES as u32);
+        assert!(
+            shape.lanes.is_power_of_two(),
+            "the number of lanes of a word of counters is {}: expected a power of two",
+            shape.lanes
+        );
+        check_range("the number of bits of a counter", shape.count_bits, 1..=32);
+        check_range("the number of slots on chip", shape.on_chip, 1..);
+        let fragments = chains::Shape {
+            owned: false,
+            on_chip: shape.on_chip,
+            outside: shape.outside,
+            outside_latency: shape.outside_latency,
+            capacity: 1,
+            tail: true,
+            bitmap: false,
+            reads_in_flight: shape.reads_in_flight,
+            passes: Passes::Each(shape.depth),
+            weight_bits: 0,
+            allocator: AllocatorKind::Fifo,
+        };
+        Config { screen, shape, fragments: chains::Config::new(screen, fragments) }
+    }
+
+    /// Slots, on chip and outside.
+    #[inline]
+    pub fn slots(&self) -> u32 {
+        self.shape.on_chip + self.shape.outside
+    }
+    /// The most fragments of a pixel that are counted: a counter says no more, and the buffer holds no more.
+    #[inline]
+    pub fn limit(&self) -> u32 {
+        self.slots().min(u32::MAX >> (u32::BITS - self.shape.count_bits))
+    }
+    /// What stands for every sum that is more than there are slots.
+    #[inline]
+    pub fn too_many(&self) -> u32 {
+        self.slots() + 1
+    }
+    /// Bits of a sum.
+    #[inline]
+    pub fn sum_bits(&self) -> u32 {
+        bits_for(u64::from(self.too_many()))
+    }
+    /// Bits of how many fragments a pixel may have.
+    pub fn layer_bits(&self) -> u32 {
+        bits_for(u64::from(self.limit()))
+    }
+    /// Words of counters.
+    #[inline]
+    pub fn words(&self) -> u32 {
+        self.screen.pixels().div_ceil(self.shape.lanes)
+    }
+    /// Bits of a word's number, that behind the last one included.
+    #[inline]
+    pub fn word_bits(&self) -> u32 {
+        bits_for(u64::from(self.words()))
+    }
+    /// Bits of the number of a word's lane, 0 if there is one.
+    #[inline]
+    pub fn lane_bits(&self) -> u32 {
+        self.shape.lanes.trailing_zeros()
+    }
+    /// Bits of a border of a band.
+    #[inline]
+    pub fn band_bits(&self) -> u32 {
+        bits_for(u64::from(self.screen.pixels()))
+    }
+    /// Whether words without a fragment are left out as a band is read back: there is a list of the others.
+    #[inline]
+    pub fn lists(&self) -> bool {
+        self.shape.lanes > 1
+    }
+    /// Sweeps that sum up so many words: one, or one each time that their number is doubled.
+    pub fn sweeps(&self, words: u32) -> u32 {
+        if self.shape.sweeps { words.next_power_of_two().trailing_zeros().max(1) } else { 1 }
+    }
+    /// The memory of the slots outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let path = "fragments.outside".to_string();
+        self.fragments.outside_memory().map(|memory| Outside { path, ..memory })
+    }
+}
+
+#[rtl]
+impl Config {
+    /// The word of a pixel's counter.
+    #[inline(always)]
+    pub fn word_of(&self, pixel: u32) -> u32 {
+        pixel >> self.lane_bits()
+    }
+    /// Its lane in the word.
+    #[inline(always)]
+    pub fn lane_of(&self, pixel: u32) -> u32 {
+        pixel & (self.shape.lanes - 1)
+    }
+    /// Whether a pixel is one of the band.
+    #[inline(always)]
+    pub fn has(&self, band: Band, pixel: u32) -> bool {
+        pixel >= band.from && pixel < band.to
+    }
+    /// Whether a band is the frame's last.
+    #[inline(always)]
+    pub fn is_last(&self, band: Band) -> bool {
+        !self.shape.bands || band.to == self.screen.pixels()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{arrays, screen};
+
+    #[test]
+    fn a_counter_says_no_more_than_its_bits_and_the_slots() {
+        let limit = |count_bits, on_chip| {
+            let shape = Shape { count_bits, on_chip, outside: 0, ..arrays(4, true).shape };
+            Config::new(screen(5, 3), shape).limit()
+        };
+        assert_eq!([limit(1, 9), limit(3, 9), limit(4, 9), limit(32, 9)], [1, 7, 9, 9]);
+    }
+
+    #[test]
+    fn sweeps_double_what_is_in_a_sum() {
+        let mut cfg = arrays(1, true);
+        assert_eq!(cfg.sweeps(1000), 1);
+        cfg.shape.sweeps = true;
+        let sweeps = [1, 2, 3, 4, 5, 8, 9, 307_200].map(|words| cfg.sweeps(words));
+        assert_eq!(sweeps, [1, 1, 2, 2, 3, 3, 4, 19]);
+    }
+
+    #[test]
+    #[should_panic(
+        expected = "the number of lanes of a word of counters is 3: expected a power of two"
+    )]
+    fn a_word_has_a_power_of_two_of_lanes() {
+        Config::new(screen(2, 2), Shape { lanes: 3, ..arrays(4, true).shape });
+    }
+}

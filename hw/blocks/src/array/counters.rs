@@ -1,0 +1,138 @@
+//! The counters: for each pixel how many fragments it has, several of them in a word.
+//!
+//! ```text
+//!  index read, write ---->+----------+
+//!  sum read, write ------>| Counters |---> counts
+//!  walk read, write ----->|          |
+//!  clear ---------------->+----------+
+//! ```
+//! One read and one write a cycle; a read shows its word in the next cycle, a read that meets a write of the same word shows
+//! what is written: two fragments of one pixel may come in a row. `clear` sets words to 0 after reset.
+
+use super::config::{Config, MAX_LANES};
+use pellucid_sim::Block;
+use pellucid_sim::{
+    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+};
+
+/// See the module's description.
+pub struct Counters;
+
+/// A word: the counters of pixels that follow each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Counts {
+    /// Each one's.
+    #[width(cfg.shape.count_bits)]
+    #[len(cfg.shape.lanes)]
+    pub of: [u32; MAX_LANES],
+}
+
+/// Inputs; nothing is asked by default.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct In {
+    /// Reads the word of a fragment's pixel.
+    #[with(cfg.word_bits())]
+    pub index_read: ReadPort,
+    /// Writes it.
+    #[with(cfg.word_bits(), *cfg)]
+    pub index_write: WritePort<Counts>,
+    /// Reads what is summed up.
+    #[with(cfg.word_bits())]
+    pub sum_read: ReadPort,
+    /// Clears it.
+    #[with(cfg.word_bits(), *cfg)]
+    pub sum_write: WritePort<Counts>,
+    /// Reads what is read back.
+    #[with(cfg.word_bits())]
+    pub walk_read: ReadPort,
+    /// Clears it.
+    #[with(cfg.word_bits(), *cfg)]
+    pub walk_write: WritePort<Counts>,
+    /// A number: the word that has it, if there is one, is set to 0.
+    #[with(cfg.screen.pixel_bits())]
+    pub clear: Stream<u32>,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// All words.
+    pub words: Ram1R1W<Counts>,
+}
+
+#[rtl(
+    check(Counters, crate::test_util::arrays(4, true)),
+    check(Counters, crate::test_util::arrays(1, false))
+)]
+impl Block for Counters {
+    type Config = Config;
+    type State = ();
+    type In = In;
+    type Moore = Read<Counts>;
+    type Out = ();
+    type Mem = Mem;
+
+    fn reset(_: &Config) {}
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem { words: Ram1R1W::new(cfg.words(), *cfg, 1, ReadDuringWrite::New) }
+    }
+
+    #[inline(always)]
+    fn moore(_: &Config, (): &(), m: &Mem) -> Read<Counts> {
+        m.words.q()
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
+        m.words.pass_read(i.index_read);
+        m.words.pass_read(i.sum_read);
+        m.words.pass_read(i.walk_read);
+        m.words.pass_write(i.index_write);
+        m.words.pass_write(i.sum_write);
+        m.words.pass_write(i.walk_write);
+        if i.clear.valid && i.clear.payload < cfg.words() {
+            m.words.write(i.clear.payload, Counts::default());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_util::{Clocked, arrays, traffic};
+
+    /// 16 x 9 pixels, four to a word.
+    fn cleared() -> Clocked<Counters> {
+        let mut counters = Clocked::new(arrays(4, true));
+        for pixel in 0..144 {
+            counters.clock(In { clear: Stream::offer(pixel), ..In::default() }).unwrap();
+        }
+        counters
+    }
+
+    #[test]
+    fn every_word_is_cleared_once() {
+        assert_eq!(traffic(cleared().memories()), (0, 36));
+    }
+
+    #[test]
+    fn every_user_reaches_the_words_and_sees_what_is_written_meanwhile() {
+        let mut counters = cleared();
+        for (user, word) in [(0, 35), (1, 0), (2, 17)] {
+            let mut of = [0; MAX_LANES];
+            of[user] = 7;
+            let (mut i, mut read) = (In::default(), ReadPort::default());
+            read.read(word);
+            let (to_read, to_write) = match user {
+                0 => (&mut i.index_read, &mut i.index_write),
+                1 => (&mut i.sum_read, &mut i.sum_write),
+                _ => (&mut i.walk_read, &mut i.walk_write),
+            };
+            *to_read = read;
+            to_write.write(word, Counts { of });
+            counters.clock(i).unwrap();
+            assert_eq!(counters.moore(), Read { valid: true, data: Counts { of } });
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! The array reader: reads a pixel's fragments, slot by slot, and hands them on.
+//!
+//! ```text
+//!                +--------+
+//!  extent ------>|        |---> arrived (Stream), then the end of the band
+//!  ready <-------| Reader |<--- arrived_ready
+//!  word -------->|        |---> read
+//!                +--------+
+//! ```
+//! One fragment a cycle, across pixels and passes. At most `reads_in_flight` fragments are under way or waiting for the
+//! receiver, on chip and outside; [`answers`](crate::chains::answers) keeps their order.
+//!
+//! All of them are visible, and it is known from the start how many there are: a pixel with `n` is read in
+//! `ceil(n / K)` passes if the receiver takes K in a pass, and the next pass begins in the cycle after the last read
+//! of the one before.
+
+use super::config::Config;
+use super::walk::Extent;
+use crate::chains::tables::{Place, Word};
+use pellucid_machine::pixel::{Arrived, Marked};
+use pellucid_sim::Block;
+use pellucid_sim::{Fifo, Memory, Read, Signals, Stream, fifo, rtl};
+
+/// See the module's description.
+pub struct Reader;
+
+/// What is remembered of a read that is under way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Pending {
+    /// The pixel.
+    #[width(cfg.screen.pixel_bits())]
+    pub pixel: u32,
+    /// Last of its pass.
+    pub last: bool,
+    /// Its pass is the pixel's last.
+    pub last_pass: bool,
+    /// Its slot lies outside.
+    #[exists(cfg.fragments.mixes())]
+    pub outside: bool,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Pixels that arrived.
+    #[with(EXTENTS)]
+    pub extents: fifo::State,
+    /// The pixel at hand.
+    #[with(*cfg)]
+    pub extent: Stream<Extent>,
+    /// How many of its fragments were asked for in this pass.
+    #[width(cfg.layer_bits())]
+    pub at: u32,
+    /// How many are left for this pass and those after it.
+    #[width(cfg.layer_bits())]
+    pub left: u32,
+    /// Reads under way.
+    #[with(cfg.shape.reads_in_flight)]
+    pub pending: fifo::State,
+    /// Fragments that wait for the receiver.
+    #[with(cfg.shape.reads_in_flight)]
+    pub arrived: fifo::State,
+}
+
+const EXTENTS: u32 = 2;
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Pixels to read, then the end of the band.
+    #[with(*cfg)]
+    pub extent: Stream<Marked<Extent>>,
+    /// The oldest fragment that was asked for and is not there yet, if it comes.
+    #[with(cfg.fragments)]
+    pub word: Read<Word>,
+    /// The receiver takes a fragment.
+    pub arrived_ready: bool,
+    /// Slots outside may be asked for.
+    pub outside_ready: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// A pixel is taken.
+    pub ready: bool,
+    /// Fragments of one pixel after the other, then the end of the band.
+    #[with(cfg.screen.pixel_bits(), 0)]
+    pub arrived: Stream<Marked<Arrived>>,
+    /// A read is under way; whether the oldest one went outside.
+    pub oldest: Stream<bool>,
+}
+
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Out {
+    /// Reads a fragment.
+    #[with(cfg.fragments)]
+    pub read: Stream<Place>,
+    /// The read is of a second pass or later.
+    pub read_again: bool,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// Pixels that arrived.
+    pub extents: <Extents as Block>::Mem,
+    /// Reads under way.
+    pub pending: <Pendings as Block>::Mem,
+    /// Fragments that wait for the receiver.
+    pub arrived: <Arrivals as Block>::Mem,
+}
+
+type Extents = Fifo<Marked<Extent>>;
+type Pendings = Fifo<Pending>;
+type Arrivals = Fifo<Marked<Arrived>>;
+
+#[inline(always)]
+fn extents(cfg: &Config) -> fifo::Config<Config> {
+    fifo::Config { depth: EXTENTS, item: *cfg }
+}
+#[inline(always)]
+fn pendings(cfg: &Config) -> fifo::Config<Config> {
+    fifo::Config { depth: cfg.shape.reads_in_flight, item: *cfg }
+}
+#[inline(always)]
+fn arrivals(cfg: &Config) -> fifo::Config<(u32, u32)> {
+    fifo::Config { depth: cfg.shape.reads_in_flight, item: (cfg.screen.pixel_bits(), 0) }
+}
+
+#[rtl(
+    check(Reader, crate::test_util::arrays(4, true)),
+    check(Reader, crate::test_util::arrays(1, false))
+)]
+impl Block for Reader {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    fn reset(cfg: &Config) -> State {
+        State {
+            extents: Extents::reset(&extents(cfg)),
+            extent: Stream::idle(),
+            at: 0,
+            left: 0,
+            pending: Pendings::reset(&pendings(cfg)),
+            arrived: Arrivals::reset(&arrivals(cfg)),
+        }
+    }
+
+    fn memories(cfg: &Config) -> Mem {
+        Mem {
+            extents: Extents::memories(&extents(cfg)),
+            pending: Pendings::memories(&pendings(cfg)),
+            arrived: Arrivals::memories(&arrivals(cfg)),
+        }
+    }
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let Stream { valid, payload } =
+            Pendings::moore(&pendings(cfg), &q.pending, &m.pending).front;
+        Moore {
+            ready: Extents::moore(&extents(cfg), &q.extents, &m.extents).ready,
+            arrived: Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).front,
+            oldest: Stream { valid, payload: payload.outside },
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        let mut o = Out::default();
+
+        // An answer comes back: the oldest read under way learns its fragment.
+        let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
+        let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
+        let Pending { pixel, last, last_pass, .. } = pending.front.payload;
+        let Word { z, rgba, label, .. } = i.word.data;
+        let visible = true;
+        let item = Arrived { pixel, z, rgba, weight: 0, visible, last, last_pass, label };
+        let mut arrived = Stream { valid: i.word.valid, payload: Marked::item(item) };
+
+        // The slot at hand is asked for if its answer will find room.
+        let mut fetch = Stream::idle();
+        let mut begin = !q.extent.valid;
+        let extent = q.extent.payload;
+        let section = extent.first + q.at;
+        let outside = cfg.fragments.is_outside(section);
+        let room = pending.count + waiting < cfg.shape.reads_in_flight;
+        if q.extent.valid && room && (i.outside_ready || !outside) {
+            let last = q.at + 1 == extent.count;
+            let last_pass = q.left <= cfg.shape.depth;
+            o.read = Stream::offer(Place { section, slot: 0 });
+            o.read_again = q.left != extent.count;
+            fetch = Stream::offer(Pending { pixel: extent.pixel, last, last_pass, outside });
+            if !last {
+                d.at = q.at + 1;
+            } else if last_pass {
+                begin = true;
+            } else {
+                d.at = 0;
+                d.left = q.left - cfg.shape.depth;
+            }
+        }
+
+        // The next pixel, or the end of the band once everything before it is on its way.
+        let front = Extents::moore(&extents(cfg), &q.extents, &m.extents).front;
+        let Marked { end, item: next } = front.payload;
+        let mut pop = false;
+        if begin {
+            d.extent = Stream { valid: front.valid && !end, payload: next };
+            d.at = 0;
+            d.left = next.count;
+            pop = front.valid && !end;
+            if front.valid && end && !q.extent.valid && pending.count == 0 {
+                pop = waiting < cfg.shape.reads_in_flight;
+                arrived = Stream { valid: pop, payload: Marked::end() };
+            }
+        }
+
+        let to_extents = fifo::In { push: i.extent, pop };
+        Extents::next(&extents(cfg), &q.extents, &mut d.extents, &mut m.extents, to_extents);
+        let to_pending = fifo::In { push: fetch, pop: i.word.valid };
+        Pendings::next(&pendings(cfg), &q.pending, &mut d.pending, &mut m.pending, to_pending);
+        let to_arrived = fifo::In { push: arrived, pop: i.arrived_ready };
+        Arrivals::next(&arrivals(cfg), &q.arrived, &mut d.arrived, &mut m.arrived, to_arrived);
+        o
+    }
+}
