@@ -140,16 +140,17 @@ impl Machine for Dfb {
                 tally.seed_accesses,
             ),
         ];
-        if !cfg.arrays.shape.bands || most <= cfg.arrays.slots().into() {
+        let fits = most <= cfg.arrays.slots().into();
+        if fits {
+            let used = tally.figure("fragments_used");
+            checks.push(check("slots of the fullest frame, sum of N_i * i", most, used));
+        }
+        // Where a frame is parted in bands, the scan ends with each word that has a border.
+        if fits || !cfg.arrays.shape.bands {
             let words = cfg.arrays.words();
             let sweeps = u64::from(cfg.arrays.sweeps(words));
             checks.extend([
                 check("bands, one a frame", number, tally.figure("bands")),
-                check(
-                    "slots of the fullest frame, sum of N_i * i",
-                    most,
-                    tally.figure("fragments_used"),
-                ),
                 check(
                     "cycles of scan, a word of counters a cycle and one more, for each sweep",
                     number * sweeps * (u64::from(words) + 1),

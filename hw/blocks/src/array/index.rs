@@ -187,3 +187,6 @@ impl Block for Index {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

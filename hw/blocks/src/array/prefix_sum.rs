@@ -333,3 +333,6 @@ impl Block for PrefixSum {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -231,3 +231,6 @@ impl Block for Reader {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -232,3 +232,6 @@ impl Block for Walk {
         o
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -29,7 +29,7 @@ pub mod ssa;
 pub mod store;
 pub mod tables;
 #[cfg(test)]
-mod test_util;
+pub(crate) mod test_util;
 pub mod walk;
 pub mod weigh;
 
