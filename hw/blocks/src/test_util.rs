@@ -305,6 +305,8 @@ impl<B: Counted> Bench<B> {
         prop_assert_eq!(&self.memory.words, &array);
         Ok(())
     }
+}
+
 /// Arrays for few pixels, whose memories are smaller than random numbers: with bands where counted down, with drops where
 /// counted up.
 pub fn arrays(lanes: u32, down: bool) -> array::Config {

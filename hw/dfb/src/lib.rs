@@ -42,7 +42,7 @@ pub struct Dfb;
 
 /// What the machine is at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-pub enum Phase {
+pub enum MachinePhase {
     /// After reset: clearing its memories.
     #[default]
     Clear,
@@ -60,7 +60,7 @@ pub enum Phase {
     Wait,
 }
 
-/// The same by name, in the order of [`Phase`].
+/// The same by name, in the order of [`MachinePhase`].
 pub const PHASES: &[PhaseInfo] = &[
     front::PHASES[front::Phase::Clear as usize],
     front::PHASES[front::Phase::Idle as usize],
@@ -71,34 +71,24 @@ pub const PHASES: &[PhaseInfo] = &[
         counts: true,
     },
     PhaseInfo { name: "scan", about: "Summing up counters.", works: true, counts: true },
-    PhaseInfo {
-        name: "store",
-        about: "From there until the last fragment of the band is stored.",
-        works: true,
-        counts: true,
-    },
-    PhaseInfo {
-        name: "resolve",
-        about: "From there until the band's last pixel is written.",
-        works: true,
-        counts: true,
-    },
+    front::PHASES[front::Phase::Store as usize],
+    front::PHASES[front::Phase::Resolve as usize],
     front::PHASES[front::Phase::Wait as usize],
 ];
 
 /// The phase of the machine whose front is at `front`, and which is at `step` with the frame.
 #[inline(always)]
 #[rtl]
-fn phase(front: front::Phase, step: Step) -> Phase {
+fn phase(front: front::Phase, step: Step) -> MachinePhase {
     match front {
-        front::Phase::Clear => Phase::Clear,
-        front::Phase::Idle => Phase::Idle,
-        front::Phase::Wait => Phase::Wait,
+        front::Phase::Clear => MachinePhase::Clear,
+        front::Phase::Idle => MachinePhase::Idle,
+        front::Phase::Wait => MachinePhase::Wait,
         front::Phase::Store | front::Phase::Resolve => match step {
-            Step::Count => Phase::Count,
-            Step::Scan => Phase::Scan,
-            Step::Store => Phase::Store,
-            Step::Resolve => Phase::Resolve,
+            Step::Count => MachinePhase::Count,
+            Step::Scan => MachinePhase::Scan,
+            Step::Store => MachinePhase::Store,
+            Step::Resolve => MachinePhase::Resolve,
         },
     }
 }
@@ -143,7 +133,7 @@ pub struct Mem {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Out {
     /// What the machine is at.
-    pub phase: Phase,
+    pub phase: MachinePhase,
     /// Fragments come in, then the end of the frame.
     #[with(cfg.screen)]
     pub fragment: Handshake<Marked<Fragment>>,

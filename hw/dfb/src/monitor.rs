@@ -1,7 +1,7 @@
 //! Watches the machine: counts what it does and holds its streams to their rules.
 
 use super::config::Config;
-use super::{Dfb, Out, PHASES, Phase, State};
+use super::{Dfb, MachinePhase, Out, PHASES, State};
 use pellucid_blocks::array::monitor::ArraysMonitor;
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
@@ -31,15 +31,15 @@ pellucid_sim::counters! {
     }
 }
 
-impl Phase {
+impl MachinePhase {
     /// What the front is at meanwhile.
     fn of_front(self) -> front::Phase {
         match self {
-            Phase::Clear => front::Phase::Clear,
-            Phase::Idle => front::Phase::Idle,
-            Phase::Count | Phase::Store => front::Phase::Store,
-            Phase::Scan | Phase::Resolve => front::Phase::Resolve,
-            Phase::Wait => front::Phase::Wait,
+            MachinePhase::Clear => front::Phase::Clear,
+            MachinePhase::Idle => front::Phase::Idle,
+            MachinePhase::Count | MachinePhase::Store => front::Phase::Store,
+            MachinePhase::Scan | MachinePhase::Resolve => front::Phase::Resolve,
+            MachinePhase::Wait => front::Phase::Wait,
         }
     }
 }
@@ -47,7 +47,7 @@ impl Phase {
 impl Out {
     /// Fragments come that were counted before.
     fn again(&self) -> bool {
-        self.phase == Phase::Store
+        self.phase == MachinePhase::Store
     }
 
     /// What is to be seen of its front.
@@ -182,7 +182,7 @@ impl Monitor<Dfb> for DfbMonitor {
         let e = &o.events;
         self.phases.observe(o.phase as u8, e.scanout);
         self.front.observe(o.front())?;
-        if o.phase == Phase::Clear {
+        if o.phase == MachinePhase::Clear {
             return Ok(());
         }
         self.arrays.observe(&o.arrays)?;
@@ -191,7 +191,7 @@ impl Monitor<Dfb> for DfbMonitor {
         self.own.replayed += u64::from(sent && o.again());
         self.own.bands += u64::from(e.band_done);
         self.frames += u64::from(e.frame_done);
-        if o.phase == Phase::Resolve {
+        if o.phase == MachinePhase::Resolve {
             self.sorted.observe(o.sorted)?;
             self.blended += u64::from(e.blended);
             self.own.blender_idle += u64::from(!e.blended);
