@@ -1,9 +1,9 @@
 //! What the tests of several blocks share.
 
 use crate::allocator::AllocatorKind;
+use crate::array::config as array;
 use crate::buffer::Buffer;
 use crate::chains::config::{Cached, Config, Passes, Shape};
-use crate::array::config as array;
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;

@@ -245,6 +245,7 @@ impl Block for Dfb {
             stored: arrays.ended,
             resolved: step.resolved,
             again: step.again,
+            cleared: true,
             depth_read: ReadPort::default(),
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,

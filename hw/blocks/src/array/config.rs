@@ -3,6 +3,7 @@
 use crate::allocator::AllocatorKind;
 use crate::chains::config::{self as chains, Passes};
 use pellucid_machine::Outside;
+use pellucid_machine::outside::{self, Table};
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{Signals, bits_for, check_range, rtl};
 
@@ -82,6 +83,7 @@ impl Config {
             passes: Passes::Each(shape.depth),
             weight_bits: 0,
             allocator: AllocatorKind::Fifo,
+            ssa: None,
         };
         Config { screen, shape, fragments: chains::Config::new(screen, fragments) }
     }
@@ -141,8 +143,10 @@ impl Config {
     }
     /// The memory of the slots outside.
     pub fn outside_memory(&self) -> Option<Outside> {
-        let path = "fragments.outside".to_string();
-        self.fragments.outside_memory().map(|memory| Outside { path, ..memory })
+        let outside::Config { words, bits } = self.fragments.port();
+        let table = || Table { path: "fragments.outside".to_string(), words, bits };
+        let latency = self.shape.outside_latency;
+        (words > 0).then(|| Outside { tables: vec![table()], latency })
     }
 }
 
