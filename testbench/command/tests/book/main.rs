@@ -205,8 +205,12 @@ fn every_figure_of_a_run_is_explained() {
         let report: Value = serde_json::from_slice(&run.stdout).unwrap();
         about.extend(report["about"].as_object().unwrap().clone());
     }
-    let mut groups: Vec<&str> = about.keys().map(|name| group_of(name)).collect();
-    groups.dedup();
+    let mut groups: Vec<&str> = vec![];
+    for group in about.keys().map(|name| group_of(name)) {
+        if !groups.contains(&group) {
+            groups.push(group);
+        }
+    }
     let mut text = String::new();
     for group in groups {
         text += &figures_of(group, &about);

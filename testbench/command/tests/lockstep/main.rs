@@ -275,3 +275,18 @@ fn a_fault_in_the_text_of_the_composer_is_seen() {
         ],
     );
 }
+
+#[test]
+fn a_fault_in_the_text_of_the_dfb_is_seen() {
+    faults_are_seen(
+        first("dfb"),
+        &[
+            ("index.v", "base} - count", "base} + count"),
+            ("prefix_sum.v", "lanes_2} + ", "lanes_2} - "),
+            ("prefix_sum.v", "occupied_q + ", "occupied_q - "),
+            ("reader.v", "left_q - ", "left_q + "),
+            ("steps.v", "summed_i ? STEP_STORE", "summed_i ? STEP_RESOLVE"),
+            ("walk.v", "sums_data_of_0_i - before_q", "sums_data_of_0_i + before_q"),
+        ],
+    );
+}
