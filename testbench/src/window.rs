@@ -10,9 +10,13 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 22] = [
+pub const EVENTS: [&str; 27] = [
+    "counted",
     "stored",
     "spilled",
+    "ssa_hit",
+    "ssa_miss",
+    "ssa_write_back",
     "first",
     "section_taken",
     "dropped",
@@ -30,6 +34,7 @@ pub const EVENTS: [&str; 22] = [
     "again",
     "round_ends",
     "round_failed",
+    "band_done",
     "pass_begins",
     "scanout",
     "frame_done",

@@ -29,7 +29,7 @@ const BOTH: [&str; 8] = [
 ];
 
 /// What is compared, besides the stalls that a run gives stream by stream.
-pub const FIGURES: [&str; 14] = [
+pub const FIGURES: [&str; 16] = [
     "cycles.total",
     "cycles.store",
     "cycles.resolve",
@@ -38,6 +38,8 @@ pub const FIGURES: [&str; 14] = [
     "storage.seed_bytes",
     "storage.seed_bytes_used",
     "storage.bits",
+    "storage.on_chip_bytes",
+    "storage.outside_bytes",
     "fragments.stored",
     "fragments.spilled",
     "fragments.dropped",
@@ -307,7 +309,7 @@ fn bad_machines_and_scenes_are_refused() {
             "tbuffer:paper,scna=bitmap",
             "unknown parameter `scna` (did you mean `scan`?); known are `sections`, \
              `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
-             `outside_sections`, `outside_latency`, `reads_in_flight`",
+             `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`",
         ),
         (
             "tbuffer,sections=16777216,section_capacity=16",

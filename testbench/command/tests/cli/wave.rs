@@ -314,7 +314,7 @@ fn what_cannot_be_shown_is_refused() {
         &["--wave", "event:droped"],
         "--wave: there is no event `droped` (did you mean `dropped`?); there are `stored`, `spilled`, \
          `first`, `section_taken`, `dropped`, `waits`, `compared`, `weight_changed`, `chain_begun`, `read`, \
-         `read_again`, `culled_late`, `drawn`, `hidden`, `culled_early`, `blended`, `scanout`, `frame_done`",
+         `read_again`, `culled_late`, `ssa_hit`, `ssa_miss`, `ssa_write_back`, `drawn`, `hidden`, `culled_early`, `blended`, `scanout`, `frame_done`",
     );
 }
 
@@ -385,7 +385,7 @@ fn the_help_names_the_events_and_how_long_a_stall_can_be() {
     let mut known = BTreeSet::new();
     let stores = ["tbuffer", "rbuffer"].map(|store| format!("transparency={store}"));
     let composers = stores.iter().map(|store| vec!["--arch", "composer", "-p", store]);
-    let machines = ["tbuffer", "rbuffer", "mbuffer"].map(|arch| vec!["--arch", arch]);
+    let machines = ["tbuffer", "rbuffer", "mbuffer", "dfb"].map(|arch| vec!["--arch", arch]);
     for machine in machines.into_iter().chain(composers) {
         let output = run(folder.path(), &[&machine[..], &["--wave", "event:?"]].concat());
         let said = stderr(&output);
