@@ -22,7 +22,7 @@ use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::output::partial::leave_behind;
 use pellucid_testbench::output::{OutputError, abandon};
 use pellucid_testbench::room::Limit;
-use pellucid_testbench::scene::{AlphaRule, Camera, Options, Order, built_in};
+use pellucid_testbench::scene::{AlphaRule, Camera, Options, Order, is_built_in};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -192,7 +192,7 @@ fn hint_at_scene(error: &mut clap::Error) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else {
         return;
     };
-    if !built_in().iter().any(|scene| scene.name == word) && Path::new(word).extension().is_none() {
+    if !is_built_in(word) && Path::new(word).extension().is_none() {
         return;
     }
     let tip = format!("a scene is given as '--scene {}'", quoted(word));

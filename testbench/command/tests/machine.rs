@@ -37,7 +37,7 @@ fn presets_are_right_on_a_scanned_mesh() {
 fn the_composers_presets_have_room_for_every_built_in_scene() {
     let composer = architecture("composer").unwrap();
     for scene in built_in() {
-        let source = Source::open(scene.name, &Options::default()).unwrap();
+        let source = Source::open(scene.example, &Options::default()).unwrap();
         let screen = source.screen();
         let (mut primitives, mut lines) = (0_u32, vec![0_u32; screen.height as usize]);
         let played = source.play_primitives::<SourceError>(&mut |primitive| {

@@ -21,6 +21,17 @@ pub enum SceneError {
         /// All built-in scenes, separated by commas.
         known: String,
     },
+    /// A name like `quads-5-50` with other numbers than it may have.
+    #[error(
+        "unknown scene `{scene}`: expected quads-N-P with N from 1 to {most}, the number of quads, and P from 0 to 100, the \
+         percentage of the screen"
+    )]
+    Quads {
+        /// What was asked for.
+        scene: String,
+        /// The most quads.
+        most: u32,
+    },
     /// The path leads nowhere.
     #[error("{path}: no such file")]
     Missing {

@@ -28,7 +28,7 @@ mod srgb;
 mod texture;
 
 pub use alpha::{AlphaRule, AlphaRuleError};
-pub use built_in::{BuiltIn, built_in};
+pub use built_in::{BuiltIn, built_in, is_built_in};
 pub use camera::{Camera, CameraError};
 pub use contents::{Contents, Extension, Handling, PartContents, TextureContents};
 pub use error::SceneError;
@@ -38,7 +38,9 @@ pub use set_up::point;
 
 use crate::room::{Limit, Room};
 use built_in::paper::{Frame, Paper};
+use built_in::quads::Quads;
 use built_in::smoke::Smoke;
+use clip::Vertex;
 use geometry::{DEFAULT_ALPHA, Part};
 use pellucid_machine::pixel::{Fragment, MAX_SIDE, Screen};
 use pellucid_machine::primitive::Primitive;
@@ -82,7 +84,7 @@ pub struct Scene {
 #[derive(Debug)]
 enum Content {
     Surface(Box<Surface>),
-    Panes(Projected),
+    Flat(Projected),
     Smoke(Smoke),
     Paper(Paper),
 }
@@ -132,16 +134,16 @@ impl Scene {
                 Ok(Scene::of(info, Content::Smoke(Smoke::new(options.camera, info, order))))
             }
             "panes" => {
-                refuse_alphas(name, options)?;
-                refuse(name, "a camera", options.camera.is_some())?;
-                let (vertices, triangles) = built_in::panes::triangles();
                 let info = info(built_in::panes::BACKGROUND);
-                let content = Content::Panes(Projected::new(vertices, triangles, info, order));
-                Ok(Scene::of(info, content))
+                flat(name, built_in::panes::triangles(), info, options)
             }
-            _ => match built_in::paper::frame(name) {
-                Some(frame) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
-                None => {
+            _ => match (built_in::paper::frame(name), Quads::parse(name)) {
+                (Some(frame), _) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
+                (None, Some(quads)) => {
+                    let info = info(built_in::BACKDROP);
+                    flat(name, quads?.triangles(info), info, options)
+                }
+                (None, None) => {
                     let mesh::Loaded { parts, mut notes, extensions, has_no_opacity, moves } =
                         mesh::load(name, Room::new(options.memory_limit), seconds)?;
                     if has_no_opacity && options.alphas.is_empty() {
@@ -188,7 +190,7 @@ impl Scene {
     fn surface(&self) -> Option<&Surface> {
         match &self.content {
             Content::Surface(surface) => Some(surface),
-            Content::Panes(_) | Content::Smoke(_) | Content::Paper(_) => None,
+            Content::Flat(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
     }
 
@@ -213,7 +215,7 @@ impl Scene {
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         match &self.content {
             Content::Surface(surface) => surface.projected.play(sink),
-            Content::Panes(panes) => panes.play(sink),
+            Content::Flat(flat) => flat.play(sink),
             Content::Smoke(smoke) => smoke.play(sink),
             Content::Paper(paper) => paper.play(sink),
         }
@@ -232,7 +234,7 @@ impl Scene {
     ) -> Result<(), E> {
         match &self.content {
             Content::Surface(surface) => surface.projected.play_primitives(sink),
-            Content::Panes(panes) => panes.play_primitives(sink),
+            Content::Flat(flat) => flat.play_primitives(sink),
             Content::Smoke(_) | Content::Paper(_) => {
                 self.play(&mut |fragment| sink(point(fragment)))
             }
@@ -243,7 +245,7 @@ impl Scene {
     pub fn primitives(&self) -> usize {
         match &self.content {
             Content::Surface(surface) => surface.projected.primitives(),
-            Content::Panes(panes) => panes.primitives(),
+            Content::Flat(flat) => flat.primitives(),
             Content::Smoke(smoke) => smoke.particles(),
             Content::Paper(paper) => paper.layers(),
         }
@@ -261,6 +263,19 @@ fn surface(
     let order = options.order.unwrap_or_default();
     let surface = Surface::new(Arc::new(parts), camera, info, order);
     Ok(Scene::of(info, Content::Surface(Box::new(surface))))
+}
+
+/// Triangles that lie on the screen.
+fn flat(
+    name: &str,
+    (vertices, triangles): (Vec<Vertex>, Vec<[u32; 3]>),
+    info: Screen,
+    options: &Options,
+) -> Result<Scene, SceneError> {
+    refuse_alphas(name, options)?;
+    refuse(name, "a camera", options.camera.is_some())?;
+    let order = options.order.unwrap_or_default();
+    Ok(Scene::of(info, Content::Flat(Projected::new(vertices, triangles, info, order))))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {

@@ -27,7 +27,7 @@ fn sized(width: u32, height: u32) -> Options {
 #[test]
 fn every_built_in_scene_plays_on_its_screen_and_twice_the_same() {
     for scene in built_in() {
-        let scene = Scene::open(scene.name, &Options::default()).unwrap();
+        let scene = Scene::open(scene.example, &Options::default()).unwrap();
         let Screen { width, height, background } = scene.info();
         assert_eq!((width, height), (640, 480));
         assert!(background <= 0xff_ffff && scene.primitives() > 0);
@@ -147,11 +147,17 @@ fn bad_options_are_refused_with_a_sentence() {
         (
             "glas",
             none.clone(),
-            "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, panes, paper-0, paper-120, \
+            "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, panes, quads-N-P, paper-0, paper-120, \
              paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a file: a mesh \
              (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
         ),
         ("no/such.ply", none, "no/such.ply: no such file"),
+        (
+            "quads-5-50",
+            camera.clone(),
+            "scene `quads-5-50` is a list of pixels: a camera cannot be set",
+        ),
+        ("quads-5-50", alphas("0.5"), "scene `quads-5-50` has no meshes: an alpha cannot be set"),
         ("glass", sized(0, 480), "width 0 is out of range: expected 1..=8192"),
         ("glass", sized(640, 8193), "height 8193 is out of range: expected 1..=8192"),
         ("paper-0", sized(800, 480), "scene `paper-0` is always 640x480: width 800 cannot be had"),

@@ -280,6 +280,7 @@ fn a_scene_where_a_command_should_be_gets_a_hint() {
     for (scene, option) in [
         ("model.glb", "--scene model.glb"),
         ("glass", "--scene glass"),
+        ("quads-5-50", "--scene quads-5-50"),
         ("my frame.csv", "--scene 'my frame.csv'"),
     ] {
         let output = pellucid(folder.path(), &[scene]);

@@ -311,7 +311,7 @@ fn check_scene(scene: &Scene) {
 #[test]
 fn every_built_in_scene_has_its_fragments_as_primitives() {
     for scene in built_in() {
-        check_scene(&Scene::open(scene.name, &Options::default()).unwrap());
+        check_scene(&Scene::open(scene.example, &Options::default()).unwrap());
     }
 }
 
