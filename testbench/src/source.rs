@@ -15,6 +15,9 @@ pub enum Source {
     Trace(Trace),
     /// Fragments in memory, in arrival order.
     Fragments(Screen, Vec<Fragment>),
+    /// What is opaque of a frame, then what is transparent, each in its order. The frame is played twice, so that nothing of it
+    /// is held.
+    OpaqueFirst(Box<Source>),
 }
 
 /// Degrees by which the camera goes on from frame to frame.
@@ -64,9 +67,17 @@ impl Source {
         Ok(Source::Trace(Trace::open(Path::new(name))?))
     }
 
+    /// The same frame with all of its opaque items before all transparent ones. By the rules of the golden model the image is the
+    /// same.
+    #[must_use]
+    pub fn opaque_first(self) -> Source {
+        Source::OpaqueFirst(Box::new(self))
+    }
+
     /// What is to be said of the file, each as one sentence.
     pub fn notes(&self) -> &[String] {
         match self {
+            Source::OpaqueFirst(frame) => frame.notes(),
             Source::Scene(scene) => scene.notes(),
             Source::Trace(_) | Source::Fragments(..) => &[],
         }
@@ -75,6 +86,7 @@ impl Source {
     /// What it is made of; nothing if it is not made of meshes.
     pub fn contents(&self) -> Option<Contents> {
         match self {
+            Source::OpaqueFirst(frame) => frame.contents(),
             Source::Scene(scene) => scene.contents(),
             Source::Trace(_) | Source::Fragments(..) => None,
         }
@@ -83,6 +95,7 @@ impl Source {
     /// The screen.
     pub fn screen(&self) -> Screen {
         match self {
+            Source::OpaqueFirst(frame) => frame.screen(),
             Source::Scene(scene) => scene.info(),
             Source::Trace(trace) => trace.info(),
             Source::Fragments(screen, _) => *screen,
@@ -95,7 +108,13 @@ impl Source {
     /// # Errors
     /// The file of a mesh that moves cannot be read any more.
     pub fn later(&self, frames: u32) -> Result<Option<Source>, SourceError> {
-        let Source::Scene(scene) = self else { return Ok(None) };
+        let scene = match self {
+            Source::OpaqueFirst(frame) => {
+                return Ok(frame.later(frames)?.map(Source::opaque_first));
+            }
+            Source::Scene(scene) => scene,
+            Source::Trace(_) | Source::Fragments(..) => return Ok(None),
+        };
         let moved = scene.moved(frames as f32 / FRAMES_PER_SECOND as f32)?;
         let turned = || scene.turned(f64::from(frames * DEGREES_PER_FRAME));
         Ok(moved.or_else(turned).map(Source::Scene))
@@ -125,6 +144,12 @@ impl Source {
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
         match self {
+            Source::OpaqueFirst(frame) => [true, false].into_iter().try_for_each(|opaque| {
+                let of_turn = |fragment: &Fragment| fragment.is_opaque() == opaque;
+                frame.play_fragments(&mut |fragment| {
+                    if of_turn(&fragment) { sink(fragment) } else { Ok(()) }
+                })
+            }),
             Source::Scene(scene) => scene.play(sink),
             Source::Fragments(_, fragments) => fragments.iter().try_for_each(|f| sink(*f)),
             Source::Trace(trace) => {
@@ -147,6 +172,12 @@ impl Source {
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
         match self {
+            Source::OpaqueFirst(frame) => [true, false].into_iter().try_for_each(|opaque| {
+                let of_turn = |primitive: &Primitive| primitive.opaque == opaque;
+                frame.play_primitives(&mut |primitive| {
+                    if of_turn(&primitive) { sink(primitive) } else { Ok(()) }
+                })
+            }),
             Source::Scene(scene) => scene.play_primitives(sink),
             Source::Trace(_) | Source::Fragments(..) => {
                 self.play_fragments(&mut |fragment| sink(point(fragment)))
@@ -171,7 +202,78 @@ impl<E> From<TraceError> for Stopped<E> {
 mod tests {
     use super::*;
     use crate::bench::BenchError;
+    use crate::golden::Golden;
     use crate::golden::primitive::fragments;
+    use pellucid_sim::Label;
+    use proptest::prelude::*;
+
+    /// All items of a frame in their order.
+    fn items(source: &Source, kind: Kind) -> Vec<Item> {
+        let mut items = vec![];
+        source
+            .play::<BenchError>(kind, &mut |item| {
+                items.push(*item);
+                Ok(())
+            })
+            .unwrap();
+        items
+    }
+
+    /// The opaque items of a frame as it comes, then the others.
+    fn check_opaque_first(open: impl Fn() -> Source) {
+        for kind in [Kind::Fragments, Kind::Primitives] {
+            let (opaque, transparent): (Vec<Item>, Vec<Item>) =
+                items(&open(), kind).into_iter().partition(Item::is_opaque);
+            let sent = items(&open().opaque_first(), kind);
+            let seen_transparent = sent.iter().position(|item| !item.is_opaque());
+            let first = seen_transparent.unwrap_or(sent.len());
+            assert!(sent[first..].iter().all(|item| !item.is_opaque()), "{kind:?}");
+            assert!(sent == [opaque, transparent].concat(), "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn opaque_items_of_scenes_come_first_in_every_frame() {
+        let options = Options { width: Some(40), height: Some(30), ..Options::default() };
+        for name in ["glass", "panes", "smoke", "quads-3-50"] {
+            check_opaque_first(|| Source::open(name, &options).unwrap());
+        }
+        let glass = || Source::open("glass", &options).unwrap();
+        check_opaque_first(|| glass().later(7).unwrap().unwrap());
+        let later = glass().opaque_first().later(7).unwrap().unwrap();
+        let expected = glass().later(7).unwrap().unwrap().opaque_first();
+        assert!(items(&later, Kind::Primitives) == items(&expected, Kind::Primitives));
+    }
+
+    proptest! {
+        /// In memory and as a trace; few places and depths, so that ties are common.
+        #[test]
+        fn opaque_fragments_come_first_and_the_image_stays(
+            frame in prop::collection::vec((0u32..3, 0u32..2, 0u32..4, any::<u32>(), any::<bool>()), 0..60),
+        ) {
+            let fragment = |(x, y, z, rgba, opaque): (u32, u32, u32, u32, bool)| {
+                let rgba = if opaque { rgba | 0xff } else { rgba };
+                Fragment { x, y, z, rgba, label: Label::NONE }
+            };
+            let screen = Screen { width: 3, height: 2, background: 0x10_2030 };
+            let frame: Vec<Fragment> = frame.into_iter().map(fragment).collect();
+            check_opaque_first(|| Source::Fragments(screen, frame.clone()));
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("frame.ptrace");
+            let mut writer = crate::trace::TraceWriter::create(&path, screen).unwrap();
+            frame.iter().for_each(|fragment| writer.push(*fragment).unwrap());
+            writer.finish().unwrap();
+            let trace = || Source::open(path.to_str().unwrap(), &Options::default()).unwrap();
+            check_opaque_first(trace);
+            let mut sent = vec![];
+            trace().opaque_first().play_fragments::<BenchError>(&mut |fragment| {
+                sent.push(fragment);
+                Ok(())
+            }).unwrap();
+            let image = |frame: &[Fragment]| Golden::new(screen).of(frame).unwrap().image;
+            prop_assert_eq!(image(&sent), image(&frame));
+        }
+    }
 
     #[test]
     fn a_trace_plays_as_points_and_so_does_what_is_never_seen() {

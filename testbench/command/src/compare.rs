@@ -211,11 +211,9 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
     for scene in &args.scene {
         add("--scene", scene);
     }
-    for (option, value) in args.view.given() {
-        add(option, &value);
-    }
+    words.extend(args.view.given());
     if args.warm_up > 0 {
-        add("--warm-up", &args.warm_up.to_string());
+        words.push(format!("--warm-up {}", args.warm_up));
     }
     words.join(" ")
 }

@@ -115,6 +115,10 @@ struct ViewArgs {
     /// these row by row themselves [default: scan-line]
     #[arg(long, value_name = "ORDER")]
     order: Option<Order>,
+    /// All that is opaque in a frame comes before all that is transparent, each in its order; the frame, or trace, is read twice
+    /// for it, and takes no more memory [default: as the scene has it]
+    #[arg(long)]
+    opaque_first: bool,
     /// Most memory that a mesh may take while it is read, as `4G` [default: half of what the computer has left]
     #[arg(long, value_name = "BYTES")]
     memory_limit: Option<Limit>,
@@ -132,7 +136,7 @@ impl ViewArgs {
         };
         let source = Source::open(scene, &options)?;
         source.notes().iter().for_each(|note| tell(&format!("note: {note}")));
-        Ok(source)
+        Ok(if self.opaque_first { source.opaque_first() } else { source })
     }
 
     /// Says where an order of fragments is asked for that a machine does not follow.
@@ -145,14 +149,18 @@ impl ViewArgs {
         }
     }
 
-    /// What is given of it: options with their values.
-    fn given(&self) -> Vec<(&'static str, String)> {
-        let width = self.width.map(|width| ("--width", width.to_string()));
-        let height = self.height.map(|height| ("--height", height.to_string()));
-        let camera = self.camera.map(|camera| ("--camera", camera.to_string()));
-        let alphas = self.alpha.iter().map(|alpha| ("--alpha", alpha.to_string()));
-        let order = self.order.map(|order| ("--order", order.to_string()));
-        width.into_iter().chain(height).chain(camera).chain(alphas).chain(order).collect()
+    /// What is given of it, as a shell takes it.
+    fn given(&self) -> Vec<String> {
+        let given = |name: &str, value: String| format!("{name} {}", quoted(&value));
+        let width = self.width.map(|width| given("--width", width.to_string()));
+        let height = self.height.map(|height| given("--height", height.to_string()));
+        let camera = self.camera.map(|camera| given("--camera", camera.to_string()));
+        let order = self.order.map(|order| given("--order", order.to_string()));
+        let opaque_first = self.opaque_first.then(|| "--opaque-first".to_string());
+        let mut words: Vec<String> = [width, height, camera].into_iter().flatten().collect();
+        words.extend(self.alpha.iter().map(|alpha| given("--alpha", alpha.to_string())));
+        words.extend([order, opaque_first].into_iter().flatten());
+        words
     }
 }
 
