@@ -9,7 +9,7 @@ use crate::source::SourceError;
 use pellucid_machine::board::Timing;
 use pellucid_machine::dut::Observer;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Dut, Failure, Item, Model, Offer, Tally};
+use pellucid_machine::{Cycles, Dut, Failure, Item, Model, Offer, Tally};
 use pellucid_sim::netlist::Module;
 use pellucid_sim::panic_text;
 use std::any::Any;
@@ -96,12 +96,22 @@ pub struct Bench {
     dut: Box<dyn Dut>,
     screen: Screen,
     replays: bool,
+    /// Nothing of the frame that is being sent has been taken.
+    opens: bool,
+    /// What had been counted when each frame's first item was taken.
+    begins: Vec<Cycles>,
 }
 
 impl Bench {
     /// A machine at power-up.
     pub fn new(model: &dyn Model) -> Bench {
-        Bench { dut: model.power_up(), screen: model.screen(), replays: model.replays() }
+        Bench {
+            dut: model.power_up(),
+            screen: model.screen(),
+            replays: model.replays(),
+            opens: false,
+            begins: vec![],
+        }
     }
 
     /// Makes room for the machine's memories, before it runs; else they grow as they are written, and end the
@@ -203,7 +213,17 @@ impl Bench {
     /// # Errors
     /// See [`BenchError`].
     pub fn send(&mut self, item: &Item) -> Result<(), BenchError> {
-        Ok(self.dut.send(Offer::Item(item))?)
+        self.take(Offer::Item(item))
+    }
+
+    /// Sends what is offered; it may be the first of a frame.
+    fn take(&mut self, offer: Offer) -> Result<(), BenchError> {
+        self.dut.send(offer)?;
+        if std::mem::take(&mut self.opens) {
+            let phase = &self.dut.phases()[usize::from(self.dut.phase())];
+            self.begins.push(self.dut.tally().cycles.before_one_of(phase));
+        }
+        Ok(())
     }
 
     /// One cycle; whether what is offered is taken in it, or would be.
@@ -230,9 +250,10 @@ impl Bench {
         &mut self,
         mut play: impl FnMut(&mut Self) -> Result<(), BenchError>,
     ) -> Result<(), BenchError> {
+        self.opens = true;
         loop {
             play(self)?;
-            self.dut.send(Offer::End)?;
+            self.take(Offer::End)?;
             if !self.replays {
                 return Ok(());
             }
@@ -296,10 +317,22 @@ impl Bench {
         self.dut.tally()
     }
 
+    /// The cycles of each [`Bench::frame`] since counting began: from its first item to that of the next, the first frame from
+    /// the beginning and the last one until now. A machine may have the frame before still under way in them.
+    pub fn cycles_of_frames(&mut self) -> Vec<Cycles> {
+        let now = self.dut.tally().cycles;
+        let ends = self.begins.iter().skip(1).chain([&now]);
+        let mut begin = &Cycles::default();
+        let frames =
+            ends.take(self.begins.len()).map(|end| end.since(std::mem::replace(&mut begin, end)));
+        frames.collect()
+    }
+
     /// Counts from here on. Between two frames, when the image of the one before is complete, nothing is left
     /// of that one but what the memories hold.
     pub fn count_anew(&mut self) {
         self.dut.count_anew();
+        self.begins.clear();
     }
 
     /// Edges since power-up.

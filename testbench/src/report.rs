@@ -1,7 +1,9 @@
 //! The report of a run: every figure once, shown as a table, as JSON and as CSV.
 
+mod frames;
 mod text;
 
+pub use frames::Frame;
 pub(crate) use text::csv_text;
 pub use text::{align_right, at_margin, grouped};
 
@@ -58,6 +60,7 @@ pub struct Report {
     entries: Vec<Entry>,
     tally: Tally,
     histogram: Vec<u64>,
+    frames: Vec<Frame>,
     faults: Vec<String>,
 }
 
@@ -117,15 +120,9 @@ impl Report {
         add("frame", "height", n(screen.height.into()), "pixels", "Rows of the screen.");
         let about = "Frames that were played; what is counted is counted over all of them.";
         add("frame", "frames", n(verdict.frames.into()), "frames", about);
-        add("frame", "fragments", n(r.fragments), "fragments", "Fragments of the frame.");
-        add("frame", "opaque", n(r.opaque), "fragments", "Opaque ones among them.");
-        add("frame", "transparent", n(r.transparent), "fragments", "Transparent ones among them.");
-        let about = "Transparent fragments behind their pixel's final opaque depth.";
-        add("frame", "culled", n(r.culled), "fragments", about);
-        let about = "Pixels with a transparent fragment that counts.";
-        add("frame", "transparent_pixels", n(r.transparent_pixels), "pixels", about);
-        let about = "The most transparent fragments that count at one pixel.";
-        add("frame", "max_layers", n(r.max_layers.into()), "fragments", about);
+        for f in frames::of_reference(r) {
+            add("frame", f.name, n(f.value), f.unit, f.about);
+        }
         let about = "Transparent fragments that count per pixel that has any.";
         let mean = rate(r.blended, r.transparent_pixels);
         add("frame", "mean_layers", mean, "fragments per pixel", about);
@@ -192,8 +189,15 @@ impl Report {
             entries,
             tally,
             histogram: r.layer_histogram.clone(),
+            frames: vec![],
             faults: verdict.faults(),
         }
+    }
+
+    /// The same with the figures of each frame by itself.
+    #[must_use]
+    pub fn with_frames(self, frames: Vec<Frame>) -> Report {
+        Report { frames, ..self }
     }
 
     /// The architecture, which is also the group of its own figures.
@@ -227,6 +231,12 @@ impl Report {
                 let what = json!({ "unit": unit, "about": sentence });
                 about.insert(format!("{list}[].{name}"), what);
             }
+        }
+        let frames: Vec<Json> = self.frames.iter().map(Frame::json).collect();
+        groups.insert("frames".into(), json!(frames));
+        for (name, f) in self.frames.first().into_iter().flat_map(Frame::figures) {
+            let what = json!({ "unit": f.unit, "about": f.about });
+            about.insert(format!("frames[].{name}"), what);
         }
         groups.insert("about".into(), json!(about));
         Json::Object(groups)
@@ -265,6 +275,12 @@ impl Report {
             let about = "Pixels with exactly that many layers.";
             let name = format!("frame.layer_histogram.{layers}");
             line(&name, &pixels.to_string(), "pixels", about);
+        }
+        for (number, frame) in self.frames.iter().enumerate() {
+            for (name, f) in frame.figures() {
+                let name = format!("frames.{number}.{name}");
+                line(&name, &f.value.to_string(), f.unit, f.about);
+            }
         }
         for m in &self.tally.memories {
             for ((field, unit, about), value) in MEMORY_FIELDS.iter().zip(memory_values(m)) {

@@ -5,7 +5,7 @@ use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
-use pellucid_machine::{Model, Tally};
+use pellucid_machine::{Cycles, Model, Tally};
 
 /// What is asked of a run.
 pub struct Job<'a> {
@@ -31,6 +31,8 @@ pub struct Outcome {
     pub images: Vec<Image>,
     /// What was counted.
     pub tally: Tally,
+    /// Of it the cycles of each frame: see [`Bench::cycles_of_frames`].
+    pub cycles: Vec<Cycles>,
     /// What the waveform has.
     pub wave: WaveReport,
 }
@@ -78,5 +80,5 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
         Ok(())
     })?;
     let images = bench.take_images();
-    Ok(Outcome { images, tally: bench.tally(), wave })
+    Ok(Outcome { images, tally: bench.tally(), cycles: bench.cycles_of_frames(), wave })
 }

@@ -5,7 +5,7 @@ use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
-use crate::report::Report;
+use crate::report::{Frame, Report};
 use crate::run::{Job, Outcome, run};
 use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
@@ -206,7 +206,10 @@ impl Case {
         let references = [&*self.reference].into_iter().chain(&*self.later);
         let censuses: Vec<Census> = references.clone().map(Reference::census).collect();
         let closed_forms = machine.closed_forms(&outcome.tally, &censuses);
-        let Outcome { images, tally, wave } = outcome;
+        let Outcome { images, tally, cycles, wave } = outcome;
+        let frames =
+            references.clone().zip(&cycles).map(|(frame, cycles)| Frame::new(frame, cycles));
+        let frames = frames.collect();
         let arithmetic = machine.arithmetic();
         let several;
         let (reference, verdict) = match &images[..] {
@@ -223,6 +226,7 @@ impl Case {
         };
         let (screen, values) = (self.source.screen(), machine.values());
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
+        let report = report.with_frames(frames);
         Ok(Trial { images, verdict, report, wave })
     }
 }

@@ -287,6 +287,10 @@ impl<M: Machine> Dut for Clocked<M> {
         self.ready_at.map_or(0, |zero| self.sim.cycle() - zero)
     }
 
+    fn phase(&self) -> u8 {
+        self.phase
+    }
+
     fn phases(&self) -> &'static [PhaseInfo] {
         M::PHASES
     }

@@ -122,6 +122,8 @@ pub trait Dut {
     fn cycles(&self) -> u64;
     /// Edges since the machine was first ready; 0 before.
     fn time(&self) -> u64;
+    /// The number of the phase of the last cycle.
+    fn phase(&self) -> u8;
     /// Its phases.
     fn phases(&self) -> &'static [PhaseInfo];
     /// Declares registers and wires.

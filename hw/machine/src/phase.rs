@@ -63,6 +63,29 @@ impl Cycles {
         self.phases.iter().find(|(phase, _)| phase.name == name).map(|(_, cycles)| *cycles)
     }
 
+    /// Those before the last cycle, which was one of that phase. What was shown in it is not known: scanout stays.
+    #[must_use]
+    pub fn before_one_of(mut self, last: &PhaseInfo) -> Cycles {
+        self.total -= u64::from(last.works);
+        for (phase, cycles) in &mut self.phases {
+            *cycles -= u64::from(phase.name == last.name);
+        }
+        self
+    }
+
+    /// Those since the same machine had counted `earlier`.
+    #[must_use]
+    pub fn since(&self, earlier: &Cycles) -> Cycles {
+        let phase = |(phase, cycles): &(&'static PhaseInfo, u64)| {
+            (*phase, cycles - earlier.of(phase.name).unwrap_or(0))
+        };
+        Cycles {
+            total: self.total - earlier.total,
+            phases: self.phases.iter().map(phase).collect(),
+            scanout: self.scanout - earlier.scanout,
+        }
+    }
+
     /// All of them as figures, the total first.
     pub fn figures(&self) -> Vec<Figure> {
         let figure = |name, about, value| Figure { name, unit: "cycles", about, value };
@@ -102,6 +125,13 @@ mod tests {
         assert_eq!((cycles.total, cycles.scanout), (3, 2));
         let of = ["count", "scan", "wait", "idle", "resolve"].map(|name| cycles.of(name));
         assert_eq!(of, [Some(2), Some(1), Some(1), None, None]);
+        let [idle, count, ..] = PHASES else { panic!("four phases") };
+        assert_eq!(cycles.clone().before_one_of(idle), cycles);
+        let earlier = cycles.clone().before_one_of(count);
+        assert_eq!((earlier.total, earlier.of("count"), earlier.of("scan")), (2, Some(1), Some(1)));
+        let one = cycles.since(&earlier);
+        assert_eq!((one.total, one.of("count"), one.of("scan")), (1, Some(1), Some(0)));
+        assert_eq!(cycles.since(&Cycles::default()), cycles);
         let figures: Vec<_> = cycles.figures().iter().map(|f| (f.name, f.value)).collect();
         assert_eq!(figures, [("total", 3), ("count", 2), ("scan", 1), ("wait", 1), ("scanout", 2)]);
     }

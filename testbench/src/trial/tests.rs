@@ -121,3 +121,56 @@ fn machines_of_one_view_share_what_the_golden_model_says() {
     assert_eq!(cases[0].items, cases[0].reference.fragments);
     assert_ne!(cases[1].items, cases[1].reference.fragments);
 }
+
+/// The cycles of a phase of a frame.
+fn cycles(frame: &serde_json::Value, phase: &str) -> u64 {
+    frame["cycles"][phase].as_u64().unwrap()
+}
+
+#[test]
+fn figures_of_frames_add_up_to_those_of_the_run_and_are_each_frames_own() {
+    let options = Options { width: Some(20), height: Some(15), ..Options::default() };
+    let source = || Source::open("glass", &options).unwrap();
+    let machine = ARCHITECTURE.build(source().screen(), None, &[]).unwrap();
+    let mut progress = Progress::new("", None, true);
+    let case = Case::new("glass", source(), &*machine, &mut progress).unwrap();
+    let mut case = case.with_frames(3, &*machine, &mut progress).unwrap();
+    for warm_up in [0, 1] {
+        case.warm_up = warm_up;
+        let report = case.run("tbuffer", &*machine, None, &mut progress).unwrap().report;
+        let json = report.json();
+        let frames = json["frames"].as_array().unwrap();
+        assert_eq!(frames.len(), 3);
+        let number = |value: &serde_json::Value| value.as_u64().unwrap();
+        for name in ["fragments", "opaque", "transparent", "culled", "transparent_pixels"] {
+            let sum: u64 = frames.iter().map(|frame| number(&frame[name])).sum();
+            assert_eq!(sum, number(&json["frame"][name]), "{name}");
+        }
+        let stored: u64 = frames.iter().map(|frame| number(&frame["stored"])).sum();
+        assert_eq!(stored, number(&json["fragments"]["stored"]));
+        let deepest = frames.iter().map(|frame| number(&frame["max_layers"])).max();
+        assert_eq!(deepest, json["frame"]["max_layers"].as_u64());
+        for phase in ["total", "store", "resolve", "wait"] {
+            let sum: u64 = frames.iter().map(|frame| cycles(frame, phase)).sum();
+            assert_eq!(sum, cycles(&json, phase), "{phase}, {warm_up}");
+        }
+        // Each as it is in a run of its own.
+        for (k, frame) in (0..).zip(frames) {
+            let source = match k {
+                0 => source(),
+                _ => source().later(k).unwrap().unwrap(),
+            };
+            let alone = Case::new("glass", source, &*machine, &mut progress).unwrap();
+            let alone = alone.run("tbuffer", &*machine, None, &mut progress).unwrap().report.json();
+            assert_eq!(alone["frame"]["fragments"], frame["fragments"]);
+            for phase in ["store", "resolve"] {
+                assert_eq!(cycles(&alone, phase), cycles(frame, phase), "{phase} of {k}");
+            }
+            let (fragments, store) = (&frame["fragments"], cycles(frame, "store"));
+            for (name, value) in [("fragments", number(fragments)), ("cycles.store", store)] {
+                let line = format!("\nframes.{k}.{name},{value},");
+                assert!(report.csv().contains(&line), "{line}");
+            }
+        }
+    }
+}
