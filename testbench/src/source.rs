@@ -60,6 +60,8 @@ impl Source {
             (options.camera.is_some(), "a camera"),
             (!options.alphas.is_empty(), "an alpha"),
             (options.order.is_some(), "an order of fragments"),
+            (options.instances.is_some(), "a number of instances"),
+            (options.walk.is_some(), "a path"),
         ];
         if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
             return Err(SourceError::Fixed { name: name.into(), what });
@@ -103,7 +105,8 @@ impl Source {
     }
 
     /// The frame so many frames later: a mesh that moves has moved on, by [`FRAMES_PER_SECOND`]; round any other the camera
-    /// goes by [`DEGREES_PER_FRAME`] each. Nothing if the source is one frame alone.
+    /// goes by [`DEGREES_PER_FRAME`] each. If the camera has a way, it is where that goes, in either case. Nothing if the source
+    /// is one frame alone.
     ///
     /// # Errors
     /// The file of a mesh that moves cannot be read any more.
@@ -115,9 +118,13 @@ impl Source {
             Source::Scene(scene) => scene,
             Source::Trace(_) | Source::Fragments(..) => return Ok(None),
         };
-        let moved = scene.moved(frames as f32 / FRAMES_PER_SECOND as f32)?;
-        let turned = || scene.turned(f64::from(frames * DEGREES_PER_FRAME));
-        Ok(moved.or_else(turned).map(Source::Scene))
+        let camera = scene.camera_later(frames);
+        let moved = scene.moved(frames as f32 / FRAMES_PER_SECOND as f32, camera)?;
+        let seen = || match camera {
+            Some(camera) => scene.seen_from(camera),
+            None => scene.turned(f64::from(frames * DEGREES_PER_FRAME)),
+        };
+        Ok(moved.or_else(seen).map(Source::Scene))
     }
 
     /// Sends every item in arrival order, of the kind that is asked for.

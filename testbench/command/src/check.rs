@@ -1,6 +1,6 @@
 //! `pellucid run --check`: what a scene holds and what of it is used, without a run.
 
-use super::{SceneArgs, say};
+use super::say;
 use comfy_table::{Table, presets};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::report::{align_right, at_margin, grouped};
@@ -16,8 +16,12 @@ struct Fragments {
 }
 
 /// Reads all of a scene and prints what it holds.
-pub(super) fn check(scene: &SceneArgs, as_json: bool, quiet: bool) -> anyhow::Result<bool> {
-    let source = scene.open()?;
+pub(super) fn check(
+    scene: &str,
+    source: &Source,
+    as_json: bool,
+    quiet: bool,
+) -> anyhow::Result<bool> {
     let mut fragments = Fragments::default();
     let mut progress = Progress::new("reading", None, quiet);
     source.play_fragments::<SourceError>(&mut |fragment| {
@@ -28,9 +32,9 @@ pub(super) fn check(scene: &SceneArgs, as_json: bool, quiet: bool) -> anyhow::Re
     })?;
     drop(progress);
     if as_json {
-        say(&format!("{:#}\n", json(&scene.scene, &source, &fragments)))?;
+        say(&format!("{:#}\n", json(scene, source, &fragments)))?;
     } else if !quiet {
-        say(&text(&scene.scene, &source, &fragments))?;
+        say(&text(scene, source, &fragments))?;
     }
     Ok(true)
 }

@@ -22,7 +22,9 @@ use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::output::partial::leave_behind;
 use pellucid_testbench::output::{OutputError, abandon};
 use pellucid_testbench::room::Limit;
-use pellucid_testbench::scene::{AlphaRule, Camera, Options, Order, is_built_in};
+use pellucid_testbench::scene::{
+    AlphaRule, Camera, MOST_INSTANCES, Options, Order, Walk, is_built_in,
+};
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -89,7 +91,7 @@ struct SceneArgs {
 
 impl SceneArgs {
     fn open(&self) -> Result<Source, SourceError> {
-        self.view.open(&self.scene)
+        self.view.open(&self.scene, None)
     }
 }
 
@@ -110,6 +112,10 @@ struct ViewArgs {
     /// [default: what the file states, 0.5 where it states none]
     #[arg(long, value_name = "[NAME=]ALPHA")]
     alpha: Vec<AlphaRule>,
+    /// How often a mesh, `glass`, `teapot` or `plant` is there, side by side along x, 1 to 1000; with several and no --camera the
+    /// view fits all of them [default: 1]
+    #[arg(long, value_name = "INSTANCES", value_parser = instances, allow_hyphen_values = true)]
+    instances: Option<u32>,
     /// How the rasteriser goes through a triangle, a splat or a particle: `scan-line`, row by row, `tile-8x8`, tiles of 8x8
     /// pixels, `morton`, along the Z-order curve, or `quad`, quads of 2x2 pixels. Machines that take triangles go through
     /// these row by row themselves [default: scan-line]
@@ -125,8 +131,11 @@ struct ViewArgs {
 }
 
 impl ViewArgs {
-    fn open(&self, scene: &str) -> Result<Source, SourceError> {
+    /// Opens a scene, with the way of the camera if it has one.
+    fn open(&self, scene: &str, walk: Option<Walk>) -> Result<Source, SourceError> {
         let options = Options {
+            instances: self.instances,
+            walk,
             width: self.width,
             height: self.height,
             camera: self.camera,
@@ -155,11 +164,12 @@ impl ViewArgs {
         let width = self.width.map(|width| given("--width", width.to_string()));
         let height = self.height.map(|height| given("--height", height.to_string()));
         let camera = self.camera.map(|camera| given("--camera", camera.to_string()));
+        let instances = self.instances.map(|n| given("--instances", n.to_string()));
         let order = self.order.map(|order| given("--order", order.to_string()));
         let opaque_first = self.opaque_first.then(|| "--opaque-first".to_string());
         let mut words: Vec<String> = [width, height, camera].into_iter().flatten().collect();
         words.extend(self.alpha.iter().map(|alpha| given("--alpha", alpha.to_string())));
-        words.extend([order, opaque_first].into_iter().flatten());
+        words.extend([instances, order, opaque_first].into_iter().flatten());
         words
     }
 }
@@ -212,6 +222,12 @@ fn hint_at_scene(error: &mut clap::Error) {
 fn side(text: &str) -> Result<u32, String> {
     let side = text.parse().ok().filter(|side| (1..=MAX_SIDE).contains(side));
     side.ok_or_else(|| format!("expected a whole number from 1 to {MAX_SIDE}"))
+}
+
+/// A number of instances.
+fn instances(text: &str) -> Result<u32, String> {
+    let instances = text.parse().ok().filter(|n| (1..=MOST_INSTANCES).contains(n));
+    instances.ok_or_else(|| format!("expected a whole number from 1 to {MOST_INSTANCES}"))
 }
 
 /// What a run gave. A model at fault is told of, with `about` before it, and gives nothing.

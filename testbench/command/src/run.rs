@@ -12,6 +12,7 @@ use pellucid_testbench::output::OutputFolder;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::recorder::{WaveJob, WaveReport};
 use pellucid_testbench::report::grouped;
+use pellucid_testbench::scene::{CameraPath, Walk};
 use pellucid_testbench::trial::{Case, Trial};
 use pellucid_waveforms::Marker;
 use serde_json::json;
@@ -28,9 +29,13 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     machine: MachineArgs,
     /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next, or the animation
-    /// of a glTF plays at 24 frames a second; figures are those of all frames together
+    /// of a glTF plays at 24 frames a second; figures are those of all frames together, and those of each beside them
     #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
     frames: u32,
+    /// The way of the camera through the frames instead: `orbit`, once round on a circle, `ellipse`, once round on an ellipse half
+    /// as wide as long, or `zoom`, from four times the distance to a quarter of it
+    #[arg(long, value_name = "PATH")]
+    path: Option<CameraPath>,
     /// The folder for image.png (image-000.png and so on, if there are several frames), stats.json, stats.csv, the
     /// waveform and how viewers show it
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
@@ -62,26 +67,27 @@ fn frames(text: &str) -> Result<u32, String> {
 
 /// Runs; whether the result is right.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
+    let SceneArgs { scene, view } = &args.scene;
+    let walk = args.path.map(|path| Walk { path, frames: args.frames });
     if args.check {
-        return check(&args.scene, args.json, args.quiet);
+        return check(scene, &view.open(scene, walk)?, args.json, args.quiet);
     }
     let arch = args.machine.arch()?;
-    let source = args.scene.open()?;
+    let source = view.open(scene, walk)?;
     if args.frames > 1 && source.later(1)?.is_none() {
         bail!(
-            "--frames {}: `{}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
+            "--frames {}: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
              `teapot` or a mesh",
-            args.frames,
-            args.scene.scene
+            args.frames
         );
     }
     let screen = source.screen();
     let machine = args.machine.build(screen)?;
-    args.scene.view.tell_of_order(arch.name, &*machine);
+    view.tell_of_order(arch.name, &*machine);
     let _folder = OutputFolder::claim(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);
-    let case = Case::new(&args.scene.scene, source, &*machine, &mut progress)?;
+    let case = Case::new(scene, source, &*machine, &mut progress)?;
     let case = case.with_frames(args.frames, &*machine, &mut progress)?;
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);

@@ -122,7 +122,7 @@ impl PartContents {
 }
 
 /// The least and the greatest coordinates of points.
-fn around(points: impl Iterator<Item = Vec3>) -> Option<[[f32; 3]; 2]> {
+pub(super) fn around(points: impl Iterator<Item = Vec3>) -> Option<[[f32; 3]; 2]> {
     let ends =
         points.map(|point| [point; 2]).reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
     ends.map(|ends| ends.map(|end| end.to_array()))

@@ -108,11 +108,29 @@ pub enum SceneError {
         /// What was asked for.
         what: &'static str,
     },
-    /// An alpha rule for a scene without meshes.
-    #[error("scene `{scene}` has no meshes: an alpha cannot be set")]
+    /// What only meshes take, for a scene without meshes.
+    #[error("scene `{scene}` has no meshes: {what} cannot be set")]
     NoMeshes {
         /// The scene's name.
         scene: String,
+        /// What was asked for.
+        what: &'static str,
+    },
+    /// No instances, or too many.
+    #[error("{instances} instances are out of range: expected 1..={}", super::MOST_INSTANCES)]
+    Instances {
+        /// What was asked for.
+        instances: u32,
+    },
+    /// Instances that lie beyond what a coordinate can be.
+    #[error(
+        "{scene}: {instances} instances side by side do not fit into the range of coordinates, expected fewer"
+    )]
+    Beyond {
+        /// The scene's name or path.
+        scene: String,
+        /// What was asked for.
+        instances: u32,
     },
     /// An alpha rule for a mesh that the scene does not have.
     #[error(

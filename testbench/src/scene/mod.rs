@@ -16,6 +16,7 @@ mod clip;
 mod contents;
 mod error;
 mod geometry;
+mod instances;
 mod mesh;
 mod order;
 mod paint;
@@ -26,6 +27,7 @@ mod shade;
 mod splat;
 mod srgb;
 mod texture;
+mod walk;
 
 pub use alpha::{AlphaRule, AlphaRuleError};
 pub use built_in::{BuiltIn, built_in, is_built_in};
@@ -33,8 +35,10 @@ pub use camera::{Camera, CameraError};
 pub use contents::{Contents, Extension, Handling, PartContents, TextureContents};
 pub use error::SceneError;
 pub use geometry::AlphaMode;
+pub use instances::MOST_INSTANCES;
 pub use order::{Order, OrderError};
 pub use set_up::point;
+pub use walk::{CameraPath, CameraPathError, Walk};
 
 use crate::room::{Limit, Room};
 use built_in::paper::{Frame, Paper};
@@ -42,6 +46,7 @@ use built_in::quads::Quads;
 use built_in::smoke::Smoke;
 use clip::Vertex;
 use geometry::{DEFAULT_ALPHA, Part};
+use instances::side_by_side;
 use pellucid_machine::pixel::{Fragment, MAX_SIDE, Screen};
 use pellucid_machine::primitive::Primitive;
 use shade::{Projected, Surface};
@@ -63,6 +68,11 @@ pub struct Options {
     pub camera: Option<Camera>,
     /// Opacities, applied in this order, so that a later rule wins.
     pub alphas: Vec<AlphaRule>,
+    /// How often meshes are there, side by side along x, `1..=`[`MOST_INSTANCES`]; once if `None`. With several, the view fits
+    /// all of them if no camera is given.
+    pub instances: Option<u32>,
+    /// The way of the camera through several frames; see [`Scene::turned`] and [`Scene::moved`] if `None`.
+    pub walk: Option<Walk>,
     /// In which order the fragments of a triangle, splat or particle come; row by row if `None`.
     pub order: Option<Order>,
     /// The most memory that the scene may take; half of what the computer has left if `None`.
@@ -79,6 +89,8 @@ pub struct Scene {
     extensions: Vec<Extension>,
     /// The file of a mesh that moves, and how it is seen.
     moving: Option<Box<(String, Options)>>,
+    /// The way of the camera, and the view that it starts from.
+    walk: Option<(Walk, Camera)>,
 }
 
 #[derive(Debug)]
@@ -112,14 +124,9 @@ impl Scene {
         let order = options.order.unwrap_or_default();
         match name {
             "glass" => {
-                let camera = options.camera.unwrap_or_else(built_in::glass::camera);
-                surface(
-                    name,
-                    built_in::glass::parts(),
-                    Some(camera),
-                    info(built_in::glass::BACKGROUND),
-                    options,
-                )
+                let camera = own_view(built_in::glass::camera, options);
+                let info = info(built_in::glass::BACKGROUND);
+                surface(name, built_in::glass::parts(), camera, info, options)
             }
             "teapot" => surface(
                 name,
@@ -129,7 +136,7 @@ impl Scene {
                 options,
             ),
             "smoke" => {
-                refuse_alphas(name, options)?;
+                refuse_meshes(name, options)?;
                 let info = info(built_in::smoke::BACKGROUND);
                 Ok(Scene::of(info, Content::Smoke(Smoke::new(options.camera, info, order))))
             }
@@ -155,7 +162,8 @@ impl Scene {
                         surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
                     let moving = moves.then(|| {
                         let camera = scene.surface().map(|surface| surface.camera);
-                        Box::new((name.to_owned(), Options { camera, ..options.clone() }))
+                        let options = Options { camera, walk: None, ..options.clone() };
+                        Box::new((name.to_owned(), options))
                     });
                     Ok(Scene { notes, extensions, moving, ..scene })
                 }
@@ -164,7 +172,7 @@ impl Scene {
     }
 
     fn of(info: Screen, content: Content) -> Scene {
-        Scene { info, content, notes: vec![], extensions: vec![], moving: None }
+        Scene { info, content, notes: vec![], extensions: vec![], moving: None, walk: None }
     }
 
     /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
@@ -177,13 +185,29 @@ impl Scene {
         self.surface().map(|surface| surface.contents(&self.extensions))
     }
 
-    /// The scene so many seconds later, from the same camera; nothing if nothing of it moves.
+    /// The scene so many seconds later, from this camera or the same as now; nothing if nothing of it moves.
     ///
     /// # Errors
     /// The mesh file, which is read again, is not what it was.
-    pub fn moved(&self, seconds: f32) -> Result<Option<Scene>, SceneError> {
-        let moved = |(name, options): &(String, Options)| Scene::open_at(name, options, seconds);
+    pub fn moved(&self, seconds: f32, camera: Option<Camera>) -> Result<Option<Scene>, SceneError> {
+        let moved = |(name, options): &(String, Options)| {
+            let camera = camera.or(options.camera);
+            Scene::open_at(name, &Options { camera, ..options.clone() }, seconds)
+        };
         self.moving.as_deref().map(moved).transpose()
+    }
+
+    /// The first frame of a way of the camera that starts from its view.
+    fn along(self, walk: Walk) -> Scene {
+        let Content::Surface(surface) = &self.content else { return self };
+        let view = surface.camera;
+        let first = surface.seen_from(walk.camera(view, 0));
+        Scene { content: Content::Surface(Box::new(first)), walk: Some((walk, view)), ..self }
+    }
+
+    /// Where the camera is so many frames later, if it has a way.
+    pub fn camera_later(&self, frames: u32) -> Option<Camera> {
+        self.walk.map(|(walk, view)| walk.camera(view, frames))
     }
 
     /// Its meshes, if it is made of such.
@@ -197,8 +221,13 @@ impl Scene {
     /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,
     /// counter-clockwise as seen from above. Only scenes of triangles can be seen so.
     pub fn turned(&self, degrees: f64) -> Option<Scene> {
-        let turned = self.surface()?.turned(degrees);
-        Some(Scene::of(self.info, Content::Surface(Box::new(turned))))
+        self.seen_from(self.surface()?.camera.turned(degrees))
+    }
+
+    /// The scene from another camera. Only scenes of triangles can be seen so.
+    pub fn seen_from(&self, camera: Camera) -> Option<Scene> {
+        let seen = self.surface()?.seen_from(camera);
+        Some(Scene::of(self.info, Content::Surface(Box::new(seen))))
     }
 
     /// The frame's size and background.
@@ -252,6 +281,12 @@ impl Scene {
     }
 }
 
+/// The camera that is asked for, or the view that a scene is made for, unless there are several of it.
+fn own_view(view: fn() -> Camera, options: &Options) -> Option<Camera> {
+    let alone = options.instances.is_none_or(|instances| instances == 1);
+    options.camera.or_else(|| alone.then(view))
+}
+
 fn surface(
     name: &str,
     mut parts: Vec<Part>,
@@ -260,9 +295,15 @@ fn surface(
     options: &Options,
 ) -> Result<Scene, SceneError> {
     alpha::apply(name, &mut parts, &options.alphas)?;
+    let room = Room::new(options.memory_limit);
+    let parts = side_by_side(name, parts, options.instances.unwrap_or(1), room)?;
     let order = options.order.unwrap_or_default();
     let surface = Surface::new(Arc::new(parts), camera, info, order);
-    Ok(Scene::of(info, Content::Surface(Box::new(surface))))
+    let scene = Scene::of(info, Content::Surface(Box::new(surface)));
+    Ok(match options.walk {
+        None => scene,
+        Some(walk) => scene.along(walk),
+    })
 }
 
 /// Triangles that lie on the screen.
@@ -272,7 +313,7 @@ fn flat(
     info: Screen,
     options: &Options,
 ) -> Result<Scene, SceneError> {
-    refuse_alphas(name, options)?;
+    refuse_meshes(name, options)?;
     refuse(name, "a camera", options.camera.is_some())?;
     let order = options.order.unwrap_or_default();
     Ok(Scene::of(info, Content::Flat(Projected::new(vertices, triangles, info, order))))
@@ -280,7 +321,7 @@ fn flat(
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
     let scene = || name.to_owned();
-    refuse_alphas(name, options)?;
+    refuse_meshes(name, options)?;
     refuse(name, "a camera", options.camera.is_some())?;
     refuse(name, "an order of fragments", options.order.is_some())?;
     if info.width != DEFAULT_WIDTH {
@@ -292,10 +333,16 @@ fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Sc
     Ok(Scene::of(info, Content::Paper(Paper::new(frame))))
 }
 
-fn refuse_alphas(name: &str, options: &Options) -> Result<(), SceneError> {
-    match options.alphas.is_empty() {
-        true => Ok(()),
-        false => Err(SceneError::NoMeshes { scene: name.into() }),
+/// Refuses what only meshes take, if it is given.
+fn refuse_meshes(name: &str, options: &Options) -> Result<(), SceneError> {
+    let given = [
+        (!options.alphas.is_empty(), "an alpha"),
+        (options.instances.is_some(), "a number of instances"),
+        (options.walk.is_some(), "a path"),
+    ];
+    match given.into_iter().find(|(given, _)| *given) {
+        None => Ok(()),
+        Some((_, what)) => Err(SceneError::NoMeshes { scene: name.into(), what }),
     }
 }
 

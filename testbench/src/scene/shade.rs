@@ -108,10 +108,9 @@ impl Surface {
         Contents::new(self.camera, &self.parts, extensions)
     }
 
-    /// The same parts after the camera has gone round what it looks at by so many degrees.
-    pub fn turned(&self, degrees: f64) -> Surface {
-        let (parts, camera) = (self.parts.clone(), self.camera.turned(degrees));
-        Surface::new(parts, Some(camera), self.info, self.projected.order)
+    /// The same parts as another camera sees them.
+    pub fn seen_from(&self, camera: Camera) -> Surface {
+        Surface::new(self.parts.clone(), Some(camera), self.info, self.projected.order)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::golden::Golden;
+use crate::source::Source;
 use pellucid_machine::pixel::Z_FAR;
 use std::convert::Infallible;
 use std::path::Path;
@@ -138,11 +139,66 @@ fn scenes_of_triangles_are_seen_from_all_sides() {
     }
 }
 
+/// All of them are on the screen, with as many triangles each, and one alone is the scene itself.
+#[test]
+fn instances_stand_side_by_side_in_view() {
+    for name in ["glass", "teapot"] {
+        let open = |instances| {
+            Scene::open(name, &Options { instances: Some(instances), ..sized(320, 80) }).unwrap()
+        };
+        let one = Scene::open(name, &sized(320, 80)).unwrap();
+        assert!(fragments(&open(1)) == fragments(&one), "{name}");
+        let three = open(3);
+        assert_eq!(three.primitives(), 3 * one.primitives(), "{name}");
+        let [low, high] = one.contents().unwrap().bounds().unwrap();
+        let wide = 3.0 * (high[0] - low[0]);
+        let [left, right] = three.contents().unwrap().bounds().unwrap();
+        assert!((right[0] - left[0] - wide).abs() < 1e-4 * wide, "{name}");
+        assert_eq!((left, &right[1..]), (low, &high[1..]), "{name}");
+        let columns = |scene: &Scene| {
+            let columns: Vec<u32> = fragments(scene).iter().map(|f| f.x).collect();
+            (*columns.iter().min().unwrap(), *columns.iter().max().unwrap())
+        };
+        let (first, last) = columns(&three);
+        assert!(0 < first && last < 319 && last - first > 100, "{name}: {first} to {last}");
+    }
+}
+
+/// The first frame and those after it, each as its camera alone sees it.
+#[test]
+fn a_walk_goes_its_way_from_the_view_of_the_scene() {
+    for path in CameraPath::ALL {
+        let walk = Walk { path, frames: 4 };
+        let with_walk = Options { walk: Some(walk), ..sized(64, 48) };
+        let scene = Scene::open("teapot", &with_walk).unwrap();
+        let view = Scene::open("teapot", &sized(64, 48)).unwrap().contents().unwrap().camera;
+        let source = Source::open("teapot", &with_walk).unwrap();
+        let mut seen = vec![];
+        for frame in 0..4 {
+            let camera = Some(walk.camera(view, frame));
+            let alone = Scene::open("teapot", &Options { camera, ..sized(64, 48) }).unwrap();
+            let played = match frame {
+                0 => fragments(&scene),
+                _ => match source.later(frame).unwrap() {
+                    Some(Source::Scene(later)) => fragments(&later),
+                    _ => panic!("a scene has later frames"),
+                },
+            };
+            assert!(played == fragments(&alone), "{path}, {frame}");
+            assert!(!seen.contains(&played), "{path}, {frame}");
+            seen.push(played);
+        }
+    }
+}
+
 #[test]
 fn bad_options_are_refused_with_a_sentence() {
     let none = Options::default();
     let camera = Options { camera: Some("0,0,1:0,0,0".parse().unwrap()), ..none.clone() };
     let alphas = |rule: &str| Options { alphas: vec![rule.parse().unwrap()], ..Options::default() };
+    let instances = |instances| Options { instances: Some(instances), ..Options::default() };
+    let walk = Some(Walk { path: CameraPath::Orbit, frames: 3 });
+    let walk = Options { walk, ..Options::default() };
     let cases = [
         (
             "glas",
@@ -158,6 +214,10 @@ fn bad_options_are_refused_with_a_sentence() {
             "scene `quads-5-50` is a list of pixels: a camera cannot be set",
         ),
         ("quads-5-50", alphas("0.5"), "scene `quads-5-50` has no meshes: an alpha cannot be set"),
+        ("smoke", instances(2), "scene `smoke` has no meshes: a number of instances cannot be set"),
+        ("quads-1-1", walk.clone(), "scene `quads-1-1` has no meshes: a path cannot be set"),
+        ("paper-0", walk, "scene `paper-0` has no meshes: a path cannot be set"),
+        ("teapot", instances(0), "0 instances are out of range: expected 1..=1000"),
         ("glass", sized(0, 480), "width 0 is out of range: expected 1..=8192"),
         ("glass", sized(640, 8193), "height 8193 is out of range: expected 1..=8192"),
         ("paper-0", sized(800, 480), "scene `paper-0` is always 640x480: width 800 cannot be had"),
