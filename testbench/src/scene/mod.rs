@@ -128,6 +128,11 @@ impl Scene {
                 let info = info(built_in::glass::BACKGROUND);
                 surface(name, built_in::glass::parts(), camera, info, options)
             }
+            "plant" => {
+                let camera = own_view(built_in::plant::camera, options);
+                let info = info(built_in::BACKDROP);
+                surface(name, built_in::plant::parts(), camera, info, options)
+            }
             "teapot" => surface(
                 name,
                 built_in::teapot::parts(),

@@ -5,6 +5,7 @@ pub(super) mod glass;
 pub(super) mod panes;
 pub(super) mod paper;
 mod patches;
+pub(super) mod plant;
 pub(super) mod quads;
 mod shapes;
 pub(super) mod smoke;
@@ -24,13 +25,14 @@ pub struct BuiltIn {
     pub about: &'static str,
 }
 
-const BUILT_IN: [BuiltIn; 13] = [
+const BUILT_IN: [BuiltIn; 14] = [
     one(
         "glass",
         "tinted panes and spheres that intersect, among opaque things on a checkered floor",
     ),
     one("teapot", "the Utah teapot, half transparent"),
     one("smoke", "a column of soft particles, dozens of layers deep"),
+    one("plant", "a pipe rack of 300 000 triangles, seen from its end through hundreds of layers"),
     one(
         "panes",
         "the example of the image composition paper: seven panes, where all meet yellow over blue is green",

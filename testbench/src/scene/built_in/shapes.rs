@@ -2,6 +2,7 @@
 
 use crate::scene::geometry::Part;
 use glam::{Vec3, Vec4, vec3};
+use std::f32::consts::{PI, TAU};
 
 /// Steps along each side of a panel, so that its highlight has a shape.
 const PANEL_STEPS: u32 = 20;
@@ -19,14 +20,33 @@ pub(super) fn panel(name: &str, corner: Vec3, right: Vec3, up: Vec3, colour: Vec
 
 /// A sphere.
 pub(super) fn sphere(name: &str, centre: Vec3, radius: f32, colour: Vec4) -> Part {
-    use std::f32::consts::{PI, TAU};
     let mut part = Part::new(vec![name.into()]);
-    grid(&mut part, SPHERE_STEPS, SPHERE_STEPS / 2, |u, v| {
+    sphere_of(&mut part, centre, radius, SPHERE_STEPS);
+    part.painted(colour)
+}
+
+/// Appends a sphere with so many steps around it; half as many from pole to pole.
+pub(super) fn sphere_of(part: &mut Part, centre: Vec3, radius: f32, steps: u32) {
+    grid(part, steps, steps / 2, |u, v| {
         let ((sin_u, cos_u), (sin_v, cos_v)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
         let normal = vec3(sin_v * cos_u, cos_v, sin_v * sin_u);
         (centre + radius * normal, normal)
     });
-    part.painted(colour)
+}
+
+/// Appends a tube without ends, from a point on, with so many steps around and along it.
+pub(super) fn tube(part: &mut Part, from: Vec3, way: Vec3, radius: f32, steps: (u32, u32)) {
+    let (right, up) = way.normalize().any_orthonormal_pair();
+    grid(part, steps.0, steps.1, |u, v| {
+        let (sin, cos) = (TAU * u).sin_cos();
+        let normal = cos * right + sin * up;
+        (from + v * way + radius * normal, normal)
+    });
+}
+
+/// Appends a box around its centre, its sides along the axes, of twelve triangles.
+pub(super) fn box_of(part: &mut Part, centre: Vec3, size: Vec3) {
+    faces(part, centre, [Vec3::X, Vec3::Y, Vec3::Z], size, 1);
 }
 
 /// A box that stands on its base's centre, turned around the vertical by `turn` radians.
@@ -34,17 +54,19 @@ pub(super) fn cuboid(name: &str, base: Vec3, size: Vec3, turn: f32, colour: Vec4
     let mut part = Part::new(vec![name.into()]);
     let (sin, cos) = turn.sin_cos();
     let axes = [vec3(cos, 0.0, sin), Vec3::Y, vec3(-sin, 0.0, cos)];
-    let centre = base + Vec3::Y * size.y / 2.0;
+    faces(&mut part, base + Vec3::Y * size.y / 2.0, axes, size, PANEL_STEPS);
+    part.painted(colour)
+}
+
+/// Appends the faces of a box around its centre, each with so many steps along its sides.
+fn faces(part: &mut Part, centre: Vec3, axes: [Vec3; 3], size: Vec3, steps: u32) {
     for axis in 0..3 {
         let [out, right, up] = [axis, (axis + 1) % 3, (axis + 2) % 3].map(|i| axes[i] * size[i]);
         for side in [-0.5, 0.5] {
             let corner = centre + side * out - 0.5 * (right + up);
-            grid(&mut part, PANEL_STEPS, PANEL_STEPS, |u, v| {
-                (corner + u * right + v * up, side * out)
-            });
+            grid(part, steps, steps, |u, v| (corner + u * right + v * up, side * out));
         }
     }
-    part.painted(colour)
 }
 
 /// A horizontal checkerboard around the origin: `squares` squares of side 1 along each side, each of one colour.
