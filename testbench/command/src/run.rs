@@ -77,7 +77,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     if args.frames > 1 && source.later(1)?.is_none() {
         bail!(
             "--frames {}: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
-             `teapot` or a mesh",
+             `teapot`, `plant` or a mesh",
             args.frames
         );
     }

@@ -154,6 +154,7 @@ fn the_command_in_the_files_gives_the_files_again() {
         &[
             &["--machine", "tbuffer", "--scene", "it's.obj", "--camera", "0.5,0.25,3:0.5,0.5,0"],
             &["--alpha", "0.5", "--alpha", "pane=0.25", "--order", "quad", "-q"][..],
+            &["--instances", "2", "--opaque-first"],
         ]
         .concat(),
     ));
@@ -161,7 +162,7 @@ fn the_command_in_the_files_gives_the_files_again() {
     let command = json(&out)["command"].as_str().unwrap().to_string();
     assert_eq!(
         command,
-        r"pellucid compare --machine tbuffer:fast --scene 'it'\''s.obj' --width 40 --height 30 --camera 0.5,0.25,3:0.5,0.5,0:40 --alpha 0.5 --alpha pane=0.25 --order quad"
+        r"pellucid compare --machine tbuffer:fast --scene 'it'\''s.obj' --width 40 --height 30 --camera 0.5,0.25,3:0.5,0.5,0:40 --alpha 0.5 --alpha pane=0.25 --instances 2 --order quad --opaque-first"
     );
     let before = fs::read(out.join("compare.html")).unwrap();
     fs::remove_dir_all(&out).unwrap();

@@ -36,6 +36,125 @@ fn each_frame_has_an_image_and_figures_are_of_all() {
     }
 }
 
+/// What is counted of each frame is what is counted of the run, if it is added up: for every architecture, and one with several
+/// frames under way.
+#[test]
+fn figures_of_frames_add_up_to_those_of_the_run() {
+    let folder = folder();
+    for arch in ["tbuffer", "rbuffer", "mbuffer", "composer"] {
+        let args = ["--arch", arch, "--no-wave", "--json"];
+        let output = exact(run(folder.path(), &[&FIVE[..], &args].concat()));
+        let all: Value = serde_json::from_str(stdout(&output)).unwrap();
+        let frames = all["frames"].as_array().unwrap();
+        assert_eq!(frames.len(), 5);
+        let number = |value: &Value| value.as_u64().unwrap();
+        let sum = |of: &dyn Fn(&Value) -> u64| -> u64 { frames.iter().map(of).sum() };
+        for name in ["fragments", "opaque", "transparent", "culled", "transparent_pixels"] {
+            assert_eq!(sum(&|f| number(&f[name])), number(&all["frame"][name]), "{arch}, {name}");
+        }
+        assert_eq!(sum(&|f| number(&f["stored"])), number(&all["fragments"]["stored"]), "{arch}");
+        let cycles = frames[0]["cycles"].as_object().unwrap();
+        assert!(cycles.contains_key("total") && cycles.len() > 2, "{arch}: {cycles:?}");
+        for phase in cycles.keys() {
+            let of_frames = sum(&|f| number(&f["cycles"][phase]));
+            assert_eq!(of_frames, number(&all["cycles"][phase]), "{arch}, {phase}");
+        }
+        for frame in frames {
+            assert!(
+                number(&frame["cycles"]["store"]) >= number(&frame["fragments"])
+                    || arch == "composer"
+            );
+        }
+        let csv = fs::read_to_string(folder.path().join("pellucid-out/stats.csv")).unwrap();
+        let line = format!("\nframes.4.cycles.total,{},cycles,", frames[4]["cycles"]["total"]);
+        assert!(csv.contains(&line), "{arch}: {line}");
+    }
+}
+
+#[test]
+fn a_path_and_instances_are_played() {
+    let folder = folder();
+    for path in ["orbit", "ellipse", "zoom"] {
+        let args = ["--path", path, "--frames", "3", "--scene", "teapot", "--instances", "2"];
+        let output =
+            exact(run(folder.path(), &[&args[..], &["--no-wave", "--out", path]].concat()));
+        assert!(stdout(&output).starts_with("Each of the 3 images equals the golden model"));
+        let image =
+            |k: u32| fs::read(folder.path().join(format!("{path}/image-00{k}.png"))).unwrap();
+        assert!(image(0) != image(1) && image(1) != image(2), "{path}");
+    }
+    exact(run(folder.path(), &["--scene", "teapot", "--instances", "2", "--no-wave", "--quiet"]));
+    let image = |path: &str| fs::read(folder.path().join(path)).unwrap();
+    assert!(image("orbit/image-000.png") == image("pellucid-out/image.png"));
+    // From far away to near.
+    let frames = stats(&folder.path().join("zoom"))["frames"].clone();
+    let pixels: Vec<u64> = frames
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| frame["transparent_pixels"].as_u64().unwrap())
+        .collect();
+    assert!(pixels[0] < pixels[1] && pixels[1] < pixels[2], "{pixels:?}");
+}
+
+#[test]
+fn paths_and_instances_are_checked() {
+    let folder = folder();
+    exact(pellucid(folder.path(), &[&["trace", "--out", "t.csv"], &SMALL[..]].concat()));
+    let trace = |what: &str| {
+        format!("`t.csv` is a trace: {what} cannot be set, a trace has its own pixels")
+    };
+    let cases: &[(&[&str], String)] = &[
+        (&["--scene", "t.csv", "--path", "orbit"], trace("a path")),
+        (&["--scene", "t.csv", "--instances", "2"], trace("a number of instances")),
+        (
+            &["--scene", "smoke", "--path", "zoom"],
+            "scene `smoke` has no meshes: a path cannot be set".into(),
+        ),
+        (
+            &["--path", "spiral"],
+            "invalid value 'spiral' for '--path <PATH>': `spiral` is not a path: expected orbit, ellipse or zoom"
+                .into(),
+        ),
+        (
+            &["--instances", "0"],
+            "invalid value '0' for '--instances <INSTANCES>': expected a whole number from 1 to 1000".into(),
+        ),
+    ];
+    for (args, message) in cases {
+        refused(folder.path(), &[&["run", "--frames", "2"], *args].concat(), message);
+    }
+    assert_eq!(names(folder.path()), ["t.csv"]);
+}
+
+/// As a scene and as a trace, for machines of every kind: the image stays, and an early depth test lets nothing through that does
+/// not count.
+#[test]
+fn with_what_is_opaque_first_the_image_stays() {
+    let folder = folder();
+    exact(pellucid(folder.path(), &[&["trace", "--out", "t.ptrace"], &SMALL[..]].concat()));
+    let image = |out: &str| fs::read(folder.path().join(out).join("image.png")).unwrap();
+    for arch in ["tbuffer", "rbuffer", "mbuffer", "composer"] {
+        let run = |scene: &str, out: &str, more: &[&str]| {
+            let size: &[&str] = if scene == "glass" { &SMALL } else { &[] };
+            let args =
+                ["run", "--arch", arch, "--scene", scene, "--out", out, "--no-wave", "--quiet"];
+            exact(pellucid(folder.path(), &[&args, size, more].concat()));
+            stats(&folder.path().join(out))["fragments"].clone()
+        };
+        for scene in ["glass", "t.ptrace"] {
+            let mixed = run(scene, "mixed", &[]);
+            let first = run(scene, "first", &["--opaque-first"]);
+            assert!(image("mixed") == image("first"), "{arch}, {scene}");
+            assert_eq!(mixed["blended"], first["blended"], "{arch}, {scene}");
+            assert_eq!(first["stored"], first["blended"], "{arch}, {scene}");
+            // The composer merges what is opaque before it stores what is transparent, in any case.
+            let stored = mixed["stored"].as_u64() > mixed["blended"].as_u64();
+            assert!(stored == (arch != "composer"), "{arch}, {scene}");
+        }
+    }
+}
+
 /// All the way round, the scene looks as it did.
 #[test]
 fn the_camera_goes_three_degrees_round_from_frame_to_frame() {
@@ -70,7 +189,7 @@ fn a_number_of_frames_and_what_can_have_it_are_checked() {
     for scene in ["smoke", "paper-0", "t.csv"] {
         let message = format!(
             "--frames 2: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
-             `teapot` or a mesh"
+             `teapot`, `plant` or a mesh"
         );
         refused(folder.path(), &["run", "--frames", "2", "--scene", scene], &message);
     }

@@ -44,7 +44,7 @@ const MEDIA: [Vec3; 5] = [
 
 /// The view along the rack, from before its first bay, between the pipes across it.
 pub(in crate::scene) fn camera() -> Camera {
-    Camera::new(vec3(0.15, 2.05, 5.0), vec3(0.15, 2.05, -(BAYS as f32) * BAY / 2.0), 40.0)
+    Camera::new(vec3(0.125, 2.0, 5.0), vec3(0.125, 2.0, -(BAYS as f32) * BAY / 2.0), 40.0)
 }
 
 /// The parts, bay by bay: transparent ones before the opaque ones that hide some of them.
