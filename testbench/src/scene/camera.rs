@@ -93,13 +93,13 @@ impl Camera {
     /// The camera after going round its target by so many degrees, counter-clockwise as seen from above.
     pub(super) fn turned(self, degrees: f64) -> Camera {
         let turn = DQuat::from_rotation_y(degrees.to_radians());
-        Camera { eye: self.target + turn * self.from_target(), ..self }
+        Camera { eye: self.target + turn * self.offset(), ..self }
     }
 
     /// The camera after going so many degrees round its target on a level ellipse, which begins here at an end of its long axis;
     /// the short axis is `across` times as long.
     pub(super) fn on_ellipse(self, degrees: f64, across: f64) -> Camera {
-        let (offset, aside) = (self.from_target(), self.turned(90.0).from_target());
+        let (offset, aside) = (self.offset(), self.turned(90.0).offset());
         let (sin, cos) = degrees.to_radians().sin_cos();
         let level = |offset: DVec3| DVec3::new(offset.x, 0.0, offset.z);
         let gone = cos * level(offset) + across * sin * level(aside);
@@ -108,11 +108,11 @@ impl Camera {
 
     /// The camera at so many times its distance from its target.
     pub(super) fn at_distance(self, factor: f64) -> Camera {
-        Camera { eye: self.target + factor * self.from_target(), ..self }
+        Camera { eye: self.target + factor * self.offset(), ..self }
     }
 
     /// The way from the target to the eye.
-    pub(super) fn from_target(self) -> DVec3 {
+    pub(super) fn offset(self) -> DVec3 {
         self.eye - self.target
     }
 

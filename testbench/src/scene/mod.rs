@@ -90,7 +90,7 @@ pub struct Scene {
     /// The file of a mesh that moves, and how it is seen.
     moving: Option<Box<(String, Options)>>,
     /// The way of the camera, and the view that it starts from.
-    walk: Option<(Walk, Camera)>,
+    walk: Option<Box<(Walk, Camera)>>,
 }
 
 #[derive(Debug)]
@@ -207,12 +207,16 @@ impl Scene {
         let Content::Surface(surface) = &self.content else { return self };
         let view = surface.camera;
         let first = surface.seen_from(walk.camera(view, 0));
-        Scene { content: Content::Surface(Box::new(first)), walk: Some((walk, view)), ..self }
+        Scene {
+            content: Content::Surface(Box::new(first)),
+            walk: Some(Box::new((walk, view))),
+            ..self
+        }
     }
 
     /// Where the camera is so many frames later, if it has a way.
     pub fn camera_later(&self, frames: u32) -> Option<Camera> {
-        self.walk.map(|(walk, view)| walk.camera(view, frames))
+        self.walk.as_deref().map(|(walk, view)| walk.camera(*view, frames))
     }
 
     /// Its meshes, if it is made of such.

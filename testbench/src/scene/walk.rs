@@ -90,8 +90,8 @@ mod tests {
     /// Where the eyes are from what is looked at.
     fn offsets(path: CameraPath, frames: u32) -> Vec<DVec3> {
         let walk = Walk { path, frames };
-        let from_target = |number| walk.camera(view(), number).from_target();
-        (0..frames).map(from_target).collect()
+        let offset = |number| walk.camera(view(), number).offset();
+        (0..frames).map(offset).collect()
     }
 
     fn close(a: f64, b: f64) -> bool {
