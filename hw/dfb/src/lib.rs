@@ -12,7 +12,7 @@
 //!             | Display: frame buffer (depth and colour, two banks), scanout      |--> image
 //!             +-------------------------------------------------------------------+
 //! ```
-//! A frame is counted in the [`array`]s and its counts are summed up; then it is asked for again and stored,
+//! A frame is counted in the [arrays](mod@array) and its counts are summed up; then it is asked for again and stored,
 //! and resolved as in other machines. The depth buffer stays as the first time has left it: when the frame comes again each
 //! fragment meets its pixel's final depth, opaque ones are hidden, and what is stored is visible. Where the buffer does not
 //! hold the frame it is stored and resolved in bands of pixels, for each of which it is asked for again.
@@ -103,7 +103,7 @@ pub struct State {
     /// See [`steps`].
     #[block(Steps)]
     pub steps: steps::State,
-    /// See [`array`].
+    /// See [`mod@array`].
     #[with(cfg.arrays)]
     #[block(Arrays)]
     pub arrays: array::State,
@@ -123,7 +123,7 @@ pub struct Mem {
     /// See [`front`].
     #[block(Front, cfg.screen)]
     pub front: front::Mem,
-    /// See [`array`].
+    /// See [`mod@array`].
     #[block(Arrays, cfg.arrays)]
     pub arrays: array::Mem,
 }

@@ -285,7 +285,7 @@ proptest! {
         let words: Vec<u32> = clients.iter().map(|(words, ..)| *words).collect();
         let policy = if in_turn { Policy::RoundRobin } else { Policy::Priority };
         let cfg = config(&words, policy, reads_in_flight);
-        let mut bench = Bench::new(cfg.clone(), Behind::new(cfg.memory().words, ready, latencies));
+        let mut bench = Bench::new(cfg, Behind::new(cfg.memory().words, ready, latencies));
         let mut arrays: Vec<Vec<Word>> = vec![];
         let mut sources = vec![];
         let mut numbers = 1..;
