@@ -98,8 +98,23 @@ pub struct Bench {
     replays: bool,
     /// Nothing of the frame that is being sent has been taken.
     opens: bool,
-    /// What had been counted when each frame's first item was taken.
-    begins: Vec<Cycles>,
+    sent: Vec<Sent>,
+}
+
+/// A frame that is sent or was.
+struct Sent {
+    /// What had been counted when its first item was taken.
+    begins: Cycles,
+    /// How often all of it was sent.
+    plays: u64,
+}
+
+/// What a frame took.
+pub struct Played {
+    /// Cycles from its first item to that of the next frame.
+    pub cycles: Cycles,
+    /// How often it was sent.
+    pub plays: u64,
 }
 
 impl Bench {
@@ -110,7 +125,7 @@ impl Bench {
             screen: model.screen(),
             replays: model.replays(),
             opens: false,
-            begins: vec![],
+            sent: vec![],
         }
     }
 
@@ -221,7 +236,8 @@ impl Bench {
         self.dut.send(offer)?;
         if std::mem::take(&mut self.opens) {
             let phase = &self.dut.phases()[usize::from(self.dut.phase())];
-            self.begins.push(self.dut.tally().cycles.before_one_of(phase));
+            let begins = self.dut.tally().cycles.before_one_of(phase);
+            self.sent.push(Sent { begins, plays: 0 });
         }
         Ok(())
     }
@@ -254,6 +270,9 @@ impl Bench {
         loop {
             play(self)?;
             self.take(Offer::End)?;
+            if let Some(frame) = self.sent.last_mut() {
+                frame.plays += 1;
+            }
             if !self.replays {
                 return Ok(());
             }
@@ -317,14 +336,16 @@ impl Bench {
         self.dut.tally()
     }
 
-    /// The cycles of each [`Bench::frame`] since counting began: from its first item to that of the next, the first frame from
-    /// the beginning and the last one until now. A machine may have the frame before still under way in them.
-    pub fn cycles_of_frames(&mut self) -> Vec<Cycles> {
+    /// What each [`Bench::frame`] since counting began took: the first one from the beginning and the last one until now. A machine
+    /// may have the frame before still under way in its cycles.
+    pub fn frames(&mut self) -> Vec<Played> {
         let now = self.dut.tally().cycles;
-        let ends = self.begins.iter().skip(1).chain([&now]);
+        let ends = self.sent.iter().skip(1).map(|frame| &frame.begins).chain([&now]);
         let mut begin = &Cycles::default();
-        let frames =
-            ends.take(self.begins.len()).map(|end| end.since(std::mem::replace(&mut begin, end)));
+        let frames = ends.zip(&self.sent).map(|(end, frame)| {
+            let cycles = end.since(std::mem::replace(&mut begin, end));
+            Played { cycles, plays: frame.plays }
+        });
         frames.collect()
     }
 
@@ -332,7 +353,7 @@ impl Bench {
     /// of that one but what the memories hold.
     pub fn count_anew(&mut self) {
         self.dut.count_anew();
-        self.begins.clear();
+        self.sent.clear();
     }
 
     /// Edges since power-up.

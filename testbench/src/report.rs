@@ -120,7 +120,7 @@ impl Report {
         add("frame", "height", n(screen.height.into()), "pixels", "Rows of the screen.");
         let about = "Frames that were played; what is counted is counted over all of them.";
         add("frame", "frames", n(verdict.frames.into()), "frames", about);
-        for f in frames::of_reference(r) {
+        for f in frames::of_reference(r).into_iter().chain([frames::of_plays(verdict.plays)]) {
             add("frame", f.name, n(f.value), f.unit, f.about);
         }
         let about = "Transparent fragments that count per pixel that has any.";

@@ -1,11 +1,11 @@
 //! A run: frames through a machine.
 
-use crate::bench::{Bench, BenchError};
+use crate::bench::{Bench, BenchError, Played};
 use crate::image::Image;
 use crate::progress::Progress;
 use crate::recorder::{WaveJob, WaveReport};
 use crate::source::Source;
-use pellucid_machine::{Cycles, Model, Tally};
+use pellucid_machine::{Model, Tally};
 
 /// What is asked of a run.
 pub struct Job<'a> {
@@ -31,8 +31,8 @@ pub struct Outcome {
     pub images: Vec<Image>,
     /// What was counted.
     pub tally: Tally,
-    /// Of it the cycles of each frame: see [`Bench::cycles_of_frames`].
-    pub cycles: Vec<Cycles>,
+    /// Of it what each frame took.
+    pub frames: Vec<Played>,
     /// What the waveform has.
     pub wave: WaveReport,
 }
@@ -80,5 +80,5 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
         Ok(())
     })?;
     let images = bench.take_images();
-    Ok(Outcome { images, tally: bench.tally(), cycles: bench.cycles_of_frames(), wave })
+    Ok(Outcome { images, tally: bench.tally(), frames: bench.frames(), wave })
 }

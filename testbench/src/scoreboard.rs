@@ -11,6 +11,8 @@ use pellucid_machine::{Arithmetic, Check, Tally};
 pub struct Verdict {
     /// How many frames were played: the images below are theirs, one below the other.
     pub frames: u32,
+    /// How often they were sent, all together.
+    pub plays: u64,
     /// Rows of a frame.
     pub rows: u32,
     /// How the machine makes colours.
@@ -69,6 +71,7 @@ impl Verdict {
         };
         Verdict {
             frames: 1,
+            plays: 1,
             rows: reference.image.height,
             arithmetic,
             image: image.compare(&reference.image),

@@ -206,10 +206,10 @@ impl Case {
         let references = [&*self.reference].into_iter().chain(&*self.later);
         let censuses: Vec<Census> = references.clone().map(Reference::census).collect();
         let closed_forms = machine.closed_forms(&outcome.tally, &censuses);
-        let Outcome { images, tally, cycles, wave } = outcome;
-        let frames =
-            references.clone().zip(&cycles).map(|(frame, cycles)| Frame::new(frame, cycles));
-        let frames = frames.collect();
+        let Outcome { images, tally, frames: played, wave } = outcome;
+        let frames = references.clone().zip(&played);
+        let frames = frames.map(|(frame, played)| Frame::new(frame, played)).collect();
+        let plays = played.iter().map(|frame| frame.plays).sum();
         let arithmetic = machine.arithmetic();
         let several;
         let (reference, verdict) = match &images[..] {
@@ -224,6 +224,7 @@ impl Case {
                 (&several, verdict.of_frames(self.frames()))
             }
         };
+        let verdict = Verdict { plays, ..verdict };
         let (screen, values) = (self.source.screen(), machine.values());
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
         let report = report.with_frames(frames);

@@ -4,7 +4,7 @@ use pellucid_dfb::architecture::ARCHITECTURE;
 use pellucid_machine::Tally;
 use pellucid_machine::architecture::Parameterised;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
-use pellucid_machine_properties::frames::{Setup, check_drops, effort, one_frame};
+use pellucid_machine_properties::frames::{Setup, check_drops, effort, one_frame, tried};
 use pellucid_machine_properties::machine_properties;
 use pellucid_machine_properties::presets::{assert_rate, papers_frames_at_the_target_rate, preset};
 use pellucid_sim::Label;
@@ -68,6 +68,16 @@ proptest! {
         let limit = slots.min((most - 1) as u32);
         let dropped = without_slot(setup.screen(), &frame, limit, Some(slots));
         check_drops(&setup, &frame, &dropped)?;
+    }
+
+    /// With what is opaque before what is transparent, all that is counted is visible: there is no hole.
+    #[test]
+    fn a_frame_that_comes_opaque_first_has_no_holes((setup, mut frame) in one_frame(&ARCHITECTURE)) {
+        let setup = setup.with(vec![("count_bits", "32".to_string())]);
+        frame.sort_by_key(|fragment| !fragment.is_opaque());
+        let run = tried(setup.run(std::slice::from_ref(&frame)))?;
+        prop_assert_eq!(run.tally.figure("holes"), 0);
+        prop_assert_eq!(&run.images[0], &setup.golden_image(&frame));
     }
 
     /// With bands just what a pixel has beyond its counter, or beyond the whole buffer, is dropped.

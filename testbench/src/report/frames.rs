@@ -1,7 +1,7 @@
 //! The figures of each frame of a run by itself.
 
+use crate::bench::Played;
 use crate::golden::Reference;
-use pellucid_machine::Cycles;
 use pellucid_sim::Figure;
 use serde_json::{Value as Json, json};
 
@@ -37,9 +37,15 @@ pub(super) fn of_reference(r: &Reference) -> [Figure; 6] {
     ]
 }
 
+/// How often frames were sent.
+pub(super) fn of_plays(plays: u64) -> Figure {
+    let about = "How often frames came: more than once each where the machine asks for them again.";
+    Figure { name: "plays", unit: "times", about, value: plays }
+}
+
 impl Frame {
-    /// The frame of which the golden model says this, and its cycles.
-    pub fn new(reference: &Reference, cycles: &Cycles) -> Frame {
+    /// The frame of which the golden model says this, and what it took.
+    pub fn new(reference: &Reference, Played { cycles, plays }: &Played) -> Frame {
         let mut counts = of_reference(reference).to_vec();
         counts.push(Figure {
             name: "stored",
@@ -47,6 +53,7 @@ impl Frame {
             about: "Transparent fragments in front of the opaque depth when they come: those that have to be stored.",
             value: reference.stored,
         });
+        counts.push(of_plays(*plays));
         let figure = |name, about, value| Figure { name, unit: "cycles", about, value };
         let about = "All phases in which a frame is worked on, from this frame's first item to the next one's.";
         let total = figure("total", about, cycles.total);

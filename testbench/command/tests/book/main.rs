@@ -45,6 +45,20 @@ fn what_pages_quote_from_the_sources_is_there() {
     holds("mbuffer.md", "array", &format!("```text\n{line}\n```\n"));
 }
 
+/// What a fault changes stands once where it says; else the script that seeds faults ends there.
+#[test]
+fn every_fault_fits_its_source() {
+    let faults = text_of(&root().join("testbench/faults/faults.txt"));
+    for line in faults.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+        // A bar of the source is escaped.
+        let line = line.replace("\\|", "\0");
+        let [file, from, ..] = line.split('|').collect::<Vec<_>>()[..] else { panic!("{line}") };
+        let from = from.trim().replace('\0', "|");
+        let found = text_of(&root().join(file.trim())).matches(&from).count();
+        assert_eq!(found, 1, "{file}: `{from}` is expected once");
+    }
+}
+
 #[test]
 fn the_readme_lists_every_architecture() {
     let mut table = String::from("| architecture | what it is |\n|---|---|\n");

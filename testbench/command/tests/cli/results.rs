@@ -291,3 +291,26 @@ fn a_scene_where_a_command_should_be_gets_a_hint() {
         assert_eq!(output.status.code(), Some(2));
     }
 }
+
+/// Once where the machine keeps all of it, else as often as it asked for it.
+#[test]
+fn it_is_told_how_often_a_frame_came() {
+    let folder = folder();
+    let stats = |args: &[&str]| {
+        exact(run(folder.path(), &[&["--out", "out", "--no-wave"], args].concat()));
+        stats(&folder.path().join("out"))
+    };
+    let plays = |stats: &Value| {
+        let frames = stats["frames"].as_array().unwrap().iter();
+        let each: u64 = frames.map(|frame| frame["plays"].as_u64().unwrap()).sum();
+        assert_eq!(stats["frame"]["plays"], each);
+        each
+    };
+    assert_eq!(plays(&stats(&["--frames", "2"])), 2);
+    let rounds = stats(&["--arch", "rbuffer", "-p", "overflow=replay", "-p", "queue=300"]);
+    assert!(plays(&rounds) > 1);
+    assert_eq!(rounds["rbuffer"]["rounds"], plays(&rounds));
+    let bands = stats(&["--arch", "dfb", "-p", "fragments=300", "-p", "outside_fragments=0"]);
+    assert!(plays(&bands) > 2);
+    assert_eq!(bands["dfb"]["bands"], plays(&bands) - 1);
+}
