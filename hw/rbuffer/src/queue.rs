@@ -265,11 +265,12 @@ impl Block for Queue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_util::behind::Behind;
     use crate::test_util::{Pattern, edge, pattern, queue};
     use pellucid_machine::pixel::MOST_PIXEL_BITS;
     use pellucid_sim::{Label, StreamMonitor};
     use proptest::prelude::*;
-    use std::collections::{HashMap, VecDeque};
+    use std::collections::VecDeque;
 
     fn fragment(number: u32) -> PixelFragment {
         PixelFragment {
@@ -280,50 +281,16 @@ mod tests {
         }
     }
 
-    /// An outside memory that takes requests in some cycles.
-    struct Memory {
-        latency: usize,
-        ready: Pattern,
-        words: HashMap<u32, outside::Word>,
-        answers: VecDeque<(usize, outside::Word)>,
-    }
-
-    impl Memory {
-        fn new(cfg: Config, ready: Pattern) -> Memory {
-            let latency = cfg.latency as usize;
-            Memory { latency, ready, words: HashMap::new(), answers: VecDeque::new() }
-        }
-        fn shows(&self, cycle: usize) -> outside::In {
-            let answer = self.answers.front().filter(|(due, _)| *due <= cycle);
-            let response = answer.map_or(Stream::idle(), |(_, word)| Stream::offer(*word));
-            outside::In { ready: self.ready.at(cycle as u64), response }
-        }
-        /// A cycle in which it showed this.
-        fn edge(&mut self, cycle: usize, shown: outside::In, request: Stream<Request>) {
-            if shown.response.valid {
-                self.answers.pop_front();
-            }
-            let Request { write, address, word } = request.payload;
-            match (request.valid && shown.ready, write) {
-                (false, _) => {}
-                (true, true) => drop(self.words.insert(address, word)),
-                (true, false) => {
-                    self.answers.push_back((cycle + self.latency, self.words[&address]));
-                }
-            }
-        }
-    }
-
     /// Pushes and pops as `asked`, against a plain queue; gives how many fragments came out.
     fn compare(cfg: Config, ready: &Pattern, asked: &[(bool, bool)]) -> Result<u32, TestCaseError> {
         let (mut q, mut m) = (Queue::reset(&cfg), Queue::memories(&cfg));
-        let mut memory = Memory::new(cfg, ready.clone());
+        let mut memory = Behind::new(cfg.outside, ready.clone(), vec![cfg.latency.into()]);
         let mut requests = StreamMonitor::new("request", "queue", "test");
         let mut fronts = StreamMonitor::new("front", "queue", "test");
         let mut reference = VecDeque::new();
         let capacity = (cfg.on_chip + cfg.outside) as usize;
         let (mut pushed, mut popped, mut waits) = (0, 0, [0; 2]);
-        for (cycle, (push, pop)) in asked.iter().enumerate() {
+        for (cycle, (push, pop)) in (0..).zip(asked) {
             let seen = Queue::moore(&cfg, &q, &m);
             prop_assert_eq!(seen.count as usize, reference.len());
             prop_assert_eq!(seen.full, reference.len() == capacity);
@@ -333,7 +300,7 @@ mod tests {
             // What is not full, or not empty, says so after the latency at the latest, in a memory that takes requests.
             let late = [!seen.full && !seen.ready, front.is_none() && !reference.is_empty()];
             for (late, waits) in late.into_iter().zip(&mut waits) {
-                *waits = if late && memory.ready.at(cycle as u64) { *waits + 1 } else { 0 };
+                *waits = if late && ready.at(cycle) { *waits + 1 } else { 0 };
                 prop_assert!(*waits <= cfg.latency + 3, "it waits for {waits} cycles");
             }
             let offer = fragment(pushed);
@@ -344,7 +311,7 @@ mod tests {
             let out = Queue::next(&cfg, &q, &mut d, &mut m, i);
             requests.observe(out.request.with(shown.ready)).unwrap();
             fronts.observe(seen.front.with(*pop)).unwrap();
-            memory.edge(cycle, shown, out.request);
+            memory.edge(cycle, out.request);
             if *pop && front.is_some() {
                 reference.pop_front();
                 popped += 1;

@@ -1,6 +1,8 @@
 //! What the tests of several blocks share: streams that come and go at random, and memories beside
 //! the block under test.
 
+pub mod behind;
+
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_machine::primitive::{
     Attributes, BOUND_BITS, CHANNEL_PLANE_BITS, Edge, Primitive, Side, Z_PLANE_BITS,

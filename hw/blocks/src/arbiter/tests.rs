@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_util::{Behind, Pattern, Source, at_first, pattern, read, write};
+use crate::test_util::{Behind, Pattern, Source, at_first, pattern, read, refusal, write};
 use pellucid_machine::outside::Word;
 use pellucid_sim::stream::valid_ignores_ready;
 use pellucid_sim::{Sim, StreamMonitor};
@@ -225,8 +225,7 @@ fn writes_go_before_reads_that_find_no_room_and_no_reader_starves() {
 fn refused(change: impl FnOnce(&mut Config)) -> String {
     let mut cfg = config(&[4, 4], Policy::Priority, 2);
     change(&mut cfg);
-    let made = std::panic::catch_unwind(|| Arbiter::reset(&cfg));
-    *made.expect_err("it is made").downcast::<String>().unwrap()
+    refusal::<Arbiter>(&cfg)
 }
 
 #[test]

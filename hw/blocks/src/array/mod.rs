@@ -25,14 +25,14 @@ pub mod walk;
 
 use crate::chains::answers::{self, Answers, Words};
 use crate::chains::sections::{self, Sections};
-use crate::chains::tables::unpacked;
+
 use config::Config;
 use counters::Counters;
 use index::Index;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Read, Signals, Stream, rtl};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
 use prefix_sum::PrefixSum;
 use reader::Reader;
 use walk::{Extent, Walk};
@@ -207,11 +207,7 @@ impl Block for Arrays {
         let prefix_sum = PrefixSum::moore(cfg, &q.prefix_sum, &m.prefix_sum);
         let slots = Sections::moore(&cfg.fragments, &q.fragments, &m.fragments);
         let reader = Reader::moore(cfg, &q.reader, &m.reader);
-        let response = i.outside.response;
-        let words = Words {
-            on_chip: slots.on_chip,
-            outside: Read { valid: response.valid, data: unpacked(response.payload) },
-        };
+        let words = Words::of(slots.on_chip, i.outside.response);
         let to_answers = answers::In { oldest: reader.oldest, words };
         let word =
             Answers::next(&cfg.fragments, &q.answers, &mut d.answers, &mut m.answers, to_answers);
@@ -307,7 +303,7 @@ impl Block for Arrays {
                 // What was asked for always finds room.
                 outside: outside::Wires {
                     request: request.with(i.outside.ready),
-                    response: response.with(true),
+                    response: i.outside.response.with(true),
                 },
                 events: Events {
                     counted: index.counted,

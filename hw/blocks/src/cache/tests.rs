@@ -1,7 +1,7 @@
 use super::*;
 use crate::cache::test_util::{Events, Reference};
 use crate::test_util::{
-    Behind, Bench, Counted, Pattern, at_first, pattern, read, requests, word, write,
+    Behind, Bench, Counted, Pattern, at_first, pattern, read, refusal, requests, word, write,
 };
 use proptest::prelude::*;
 
@@ -151,8 +151,7 @@ fn a_reset_loses_what_was_not_written_back() {
 fn refused(change: impl FnOnce(&mut Config)) -> String {
     let mut cfg = config(4, 2, 4, true);
     change(&mut cfg);
-    let made = std::panic::catch_unwind(|| Cache::reset(&cfg));
-    *made.expect_err("it is made").downcast::<String>().unwrap()
+    refusal::<Cache>(&cfg)
 }
 
 #[test]

@@ -12,7 +12,8 @@
 //! both sides can always answer. Where there are sections on one side alone there is no queue.
 
 use super::config::Config;
-use super::tables::Word;
+use super::tables::{Word, unpacked};
+use pellucid_machine::outside;
 use pellucid_sim::{Block, Fifo, Memory, Read, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
@@ -59,6 +60,16 @@ pub struct Words {
     /// Those outside.
     #[with(*cfg)]
     pub outside: Read<Word>,
+}
+
+#[rtl]
+impl Words {
+    /// What they show, where the memory outside answers so.
+    #[inline(always)]
+    pub fn of(on_chip: Read<Word>, response: Stream<outside::Word>) -> Words {
+        let outside = Read { valid: response.valid, data: unpacked(response.payload) };
+        Words { on_chip, outside }
+    }
 }
 
 type Queue = Fifo<Word>;

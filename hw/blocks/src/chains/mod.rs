@@ -52,7 +52,7 @@ use sections::Sections;
 use ssa::Ssa;
 use std::marker::PhantomData;
 use store::Store;
-use tables::{SsaEntry, unpacked};
+use tables::SsaEntry;
 
 /// The chains, with allocator `A`.
 pub struct Chains<A>(PhantomData<A>);
@@ -287,12 +287,13 @@ impl<A: Allocator> Block for Chains<A> {
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let mut ssa = Ssa::moore(cfg, &(), &m.ssa);
-        let mut ssa_ready = true;
+        let (mut ssa_ready, mut clear_ready) = (true, true);
         if cfg.caches_ssa() {
             let seen = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache);
             let data = cfg.unpacked_entry(seen.entry.payload.word);
             ssa = Read { valid: seen.entry.valid, data };
             ssa_ready = seen.ready;
+            clear_ready = seen.clear_ready;
         }
         let nsa = Nsa::moore(cfg, &(), &m.nsa);
         let mut occupancy = occupancy::Moore::default();
@@ -310,11 +311,7 @@ impl<A: Allocator> Block for Chains<A> {
         } else if cfg.caches_ssa() {
             section_memory = outside::In::default();
         }
-        let response = section_memory.response;
-        let words = Words {
-            on_chip: sections.on_chip,
-            outside: Read { valid: response.valid, data: unpacked(response.payload) },
-        };
+        let words = Words::of(sections.on_chip, section_memory.response);
         let mut oldest = ReadBack::moore(cfg, &q.read_back, &m.read_back).oldest;
         if cfg.weighs() {
             // While fragments come, one outside has its turn when it could be written back.
@@ -331,7 +328,6 @@ impl<A: Allocator> Block for Chains<A> {
 
         let mut fragment = i.fragment;
         fragment.valid &= ssa_ready;
-        let taken = fragment.valid && Store::moore(cfg, &q.store, &m.store).ready;
         let store = if i.storing {
             let to_store = store::In {
                 fragment,
@@ -401,21 +397,21 @@ impl<A: Allocator> Block for Chains<A> {
             Sections::next(cfg, &q.sections, &mut d.sections, &mut m.sections, to_sections).request;
         let mut cached = table_cache::Out::default();
         if cfg.caches_ssa() {
-            let of_store = i.storing && !i.fragment.payload.end;
+            // What comes to the store or to the lookup is asked for as it is taken.
             let of_lookup = back.pixel.valid && back.pixel.ready && !back.pixel.payload.end;
             let mut ask = Stream { valid: of_lookup, payload: back.pixel.payload.item };
             let mut write = port::written(back.ssa_write);
             if i.storing {
-                let pixel = i.fragment.payload.item.pixel;
-                ask = Stream { valid: taken && of_store, payload: pixel };
+                let taken = fragment.valid && Store::moore(cfg, &q.store, &m.store).ready;
+                let Marked { end, item } = fragment.payload;
+                ask = Stream { valid: taken && !end, payload: item.pixel };
                 write = port::written(store.ssa_write);
             }
             let null = cfg.packed_entry(SsaEntry::null(cfg));
             let mut cleared = i.clear.payload;
             if q.padded < cfg.ssa_padding() {
                 cleared = cfg.screen.pixels() + q.padded;
-                let room = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache).clear_ready;
-                d.padded = q.padded + u32::from(i.clear.valid && room);
+                d.padded = q.padded + u32::from(i.clear.valid && clear_ready);
             }
             let to_cache = table_cache::In {
                 ask,

@@ -1,5 +1,7 @@
 use super::*;
-use crate::test_util::{Behind, Bench, Counted, Pattern, at_first, pattern, requests, word, write};
+use crate::test_util::{
+    Behind, Bench, Counted, Pattern, at_first, pattern, refusal, requests, word, write,
+};
 use proptest::prelude::*;
 use std::collections::{BTreeSet, VecDeque};
 
@@ -172,8 +174,7 @@ fn a_reset_loses_what_was_not_sent() {
 fn refused(change: impl FnOnce(&mut Config)) -> String {
     let mut cfg = config(4, 4);
     change(&mut cfg);
-    let made = std::panic::catch_unwind(|| Combiner::reset(&cfg));
-    *made.expect_err("it is made").downcast::<String>().unwrap()
+    refusal::<Combiner>(&cfg)
 }
 
 #[test]
