@@ -98,7 +98,34 @@ pub struct Config {
     pub null: u32,
     /// The release queue: room for the sections of one pass, and some on their way.
     pub release: release::Config,
+    /// The SSA table, where it lies outside.
+    pub ssa: Option<SsaOutside>,
 }
+
+/// An SSA table in outside memory, as [`Cached`] asks for it.
+#[derive(Clone, Copy, Debug)]
+pub struct SsaOutside {
+    /// Its words there, an entry each.
+    pub table: outside::Config,
+    /// Words behind its last entry that are in that one's line.
+    pub padding: u32,
+    /// The cache on chip.
+    pub cache: table_cache::Config,
+    /// The arbiter between sections and it, where sections lie outside, too.
+    pub arbiter: arbiter::Config,
+}
+
+/// What is named where nothing is cached.
+const NO_CACHE: table_cache::Config =
+    table_cache::Config { port: ONE_WORD, sets: 1, ways: 1, line: 1, in_flight: 1, misses: 1 };
+/// What is named where nothing takes turns.
+const NO_TURNS: arbiter::Config = arbiter::Config {
+    words: [1, 0, 0, 0],
+    bits: 1,
+    policy: Policy::RoundRobin,
+    reads_in_flight: 1,
+};
+const ONE_WORD: outside::Config = outside::Config { words: 1, bits: 1 };
 
 impl Cached {
     /// What `ssa_sets`, `ssa_ways` and `ssa_line` ask for, where `ssa` does.
@@ -132,7 +159,32 @@ impl Config {
             }
         };
         let release = release::Config { depth: in_pass + 4, id_bits: bits_for(u64::from(null)) };
-        Config { screen, shape, owned, null, release }
+        let mut cfg = Config { screen, shape, owned, null, release, ssa: None };
+        cfg.ssa = shape.ssa.map(|cached| cfg.ssa_outside(cached));
+        cfg
+    }
+
+    /// The SSA table outside.
+    fn ssa_outside(&self, Cached { sets, ways, line }: Cached) -> SsaOutside {
+        let pixels = self.screen.pixels();
+        let lines = pixels.next_multiple_of(line);
+        let fill = if self.shape.tail { self.fill_bits() } else { 0 };
+        let sections = self.section_words();
+        // A cache is no larger than what lies behind it.
+        let words = lines.max(sets * ways * line);
+        let table = outside::Config { words, bits: self.head_bits() + self.tail_bits() + fill };
+        let port = outside::Config { words, bits: table.bits.max(sections.bits) };
+        // What covers a latency of as many cycles as reads are in flight.
+        let reads = self.shape.reads_in_flight;
+        let (in_flight, misses) = (reads + 2 * line, 2 + reads / line);
+        let cache = table_cache::Config { port, sets, ways, line, in_flight, misses };
+        let arbiter = arbiter::Config {
+            words: [sections.words.max(1), words, 0, 0],
+            bits: port.bits,
+            policy: Policy::RoundRobin,
+            reads_in_flight: 2 * reads,
+        };
+        SsaOutside { table, padding: lines - pixels, cache, arbiter }
     }
 
     /// Bits of a section number, NULL included.
@@ -199,7 +251,7 @@ impl Config {
     /// Whether the SSA table lies outside, with a cache on chip.
     #[inline]
     pub fn caches_ssa(&self) -> bool {
-        self.shape.ssa.is_some()
+        self.ssa.is_some()
     }
     /// Pixels that wait for their SSA entry.
     #[inline]
@@ -243,14 +295,7 @@ impl Config {
     /// The cache of the SSA table.
     #[inline]
     pub fn ssa_cache(&self) -> table_cache::Config {
-        let Cached { sets, ways, line } =
-            self.shape.ssa.unwrap_or(Cached { sets: 1, ways: 1, line: 1 });
-        let port =
-            outside::Config { words: self.ssa_words().words.max(1), bits: self.port().bits.max(1) };
-        // What covers a latency of as many cycles as reads are in flight.
-        let reads = self.shape.reads_in_flight;
-        let (in_flight, misses) = (reads + 2 * line, 2 + reads / line);
-        table_cache::Config { port, sets, ways, line, in_flight, misses }
+        self.ssa.map_or(NO_CACHE, |ssa| ssa.cache)
     }
     /// Whether sections and the SSA table take turns at the port.
     #[inline]
@@ -260,14 +305,7 @@ impl Config {
     /// The arbiter between sections and the SSA table.
     #[inline]
     pub fn arbiter(&self) -> arbiter::Config {
-        let words = [self.fragments_outside().max(1), self.ssa_words().words.max(1), 0, 0];
-        let reads_in_flight = 2 * self.shape.reads_in_flight;
-        arbiter::Config {
-            words,
-            bits: self.port().bits.max(1),
-            policy: Policy::RoundRobin,
-            reads_in_flight,
-        }
+        self.ssa.map_or(NO_TURNS, |ssa| ssa.arbiter)
     }
     pub(super) fn head_mask(&self) -> u64 {
         (1 << self.head_bits()) - 1
@@ -281,8 +319,7 @@ impl Config {
     /// Words behind the SSA table's last entry that are in its line.
     #[inline]
     pub fn ssa_padding(&self) -> u32 {
-        let pixels = self.screen.pixels();
-        self.shape.ssa.map_or(0, |ssa| pixels.next_multiple_of(ssa.line) - pixels)
+        self.ssa.map_or(0, |ssa| ssa.padding)
     }
     pub(super) fn ssa_padding_bits(&self) -> u32 {
         bits_for(u64::from(self.ssa_padding()))
@@ -294,13 +331,7 @@ impl Config {
         }
     }
     fn ssa_words(&self) -> outside::Config {
-        let Some(Cached { sets, ways, line }) = self.shape.ssa else {
-            return outside::Config::NONE;
-        };
-        // A cache is no larger than what lies behind it.
-        let words = self.screen.pixels().next_multiple_of(line).max(sets * ways * line);
-        let fill = if self.shape.tail { self.fill_bits() } else { 0 };
-        outside::Config { words, bits: self.head_bits() + self.tail_bits() + fill }
+        self.ssa.map_or(outside::Config::NONE, |ssa| ssa.table)
     }
     /// The first section outside.
     #[inline]
