@@ -258,10 +258,9 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
     }
     let Some(chosen) = last(OUTSIDE).filter(|setting| setting.value != FIXED) else {
         // What was said of a DRAM goes where `fixed` is said over it.
-        let over = settings.iter().rposition(|setting| setting.name == OUTSIDE);
-        let replaced = settings.iter().take(over.unwrap_or(0)).any(|s| s.name == OUTSIDE);
-        let left = &settings[if replaced { over.unwrap_or(0) } else { 0 }..];
-        return match left.iter().find(|setting| setting.name != OUTSIDE) {
+        let memories = settings.iter().enumerate().filter(|(_, setting)| setting.name == OUTSIDE);
+        let from = memories.skip(1).last().map_or(0, |(over, _)| over);
+        return match settings[from..].iter().find(|setting| setting.name != OUTSIDE) {
             None => Ok(model),
             Some(Setting { name, origin, .. }) => Err(BoardError::Use {
                 origin: origin.clone(),
