@@ -16,6 +16,7 @@
 //! | [`table_cache`] | stands before a table in outside memory and fetches ahead what will be used of it |
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
+//! | [`rebuild`] | lets what a frame may use grow until the frame fits |
 //! | [`weights`] | weight factors in fixed point |
 
 pub mod allocator;
@@ -31,6 +32,7 @@ pub mod depth_test;
 pub mod display;
 pub mod frame_buffer;
 pub mod front;
+pub mod rebuild;
 pub mod round_robin;
 pub mod scanout;
 pub mod sequencer;
