@@ -7,7 +7,7 @@
 //! | [`depth_test`] | draws opaque fragments, drops hidden ones, passes transparent ones on |
 //! | [`display`] | the frame buffer, and the scanout that shows it |
 //! | [`chains`] | fragments grouped by pixel in chains of sections |
-//! | [`mod@array`] | fragments grouped by pixel in arrays that a count has made room for |
+//! | [`mod@array`] | fragments grouped by pixel in arrays that a count has made room for, or that are all of one length |
 //! | [`allocator`] | hands out free sections |
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
 //! | [`blender`] | blends sorted fragments over the opaque colour |

@@ -1,7 +1,7 @@
 //! What the tests of several blocks share.
 
 use crate::allocator::AllocatorKind;
-use crate::array::config as array;
+use crate::array::{config as array, fixed};
 use crate::buffer::Buffer;
 use crate::chains::config::{Cached, Config, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
@@ -263,6 +263,7 @@ pub fn arrays(lanes: u32, down: bool) -> array::Config {
         outside_latency: 3,
         reads_in_flight: 5,
         depth: 4,
+        fixed: 0,
     };
     array::Config::new(screen(16, 9), shape)
 }
@@ -271,6 +272,24 @@ pub fn arrays(lanes: u32, down: bool) -> array::Config {
 pub fn sweeping(lanes: u32, down: bool, bands: bool) -> array::Config {
     let cfg = arrays(lanes, down);
     array::Config::new(cfg.screen, array::Shape { sweeps: true, bands, ..cfg.shape })
+}
+
+/// Fixed arrays for few pixels that may become longer, on chip and outside.
+pub fn fixed() -> fixed::Config {
+    fixed_at(1)
+}
+
+/// The same with so many slots each to begin with, of 3 at most.
+pub fn fixed_at(begin: u32) -> fixed::Config {
+    let shape = fixed::Shape {
+        begin,
+        most: 3,
+        on_chip: 70,
+        outside_latency: 3,
+        reads_in_flight: 5,
+        depth: 2,
+    };
+    fixed::Config::new(screen(9, 5), shape)
 }
 
 /// What a block says of a configuration that it refuses.

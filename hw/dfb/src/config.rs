@@ -126,6 +126,7 @@ impl Config {
             outside_latency: params.outside_latency,
             reads_in_flight: params.reads_in_flight,
             depth: params.sorter_depth,
+            fixed: 0,
         };
         let arrays = array::Config::new(screen, shape);
         let sorter = sorter::Config {

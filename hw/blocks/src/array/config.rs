@@ -33,6 +33,9 @@ pub struct Shape {
     pub reads_in_flight: u32,
     /// Fragments of a pixel that the receiver takes in one pass, at least 1.
     pub depth: u32,
+    /// Arrays are all of one length, at most this, and lie one behind the other in the order of the pixels: `down`, `sweeps` and
+    /// `bands` mean nothing then. With 0 each is as long as a count found it to be.
+    pub fixed: u32,
 }
 
 /// Everything that the blocks need to know.
@@ -88,14 +91,23 @@ impl Config {
         Config { screen, shape, fragments: chains::Config::new(screen, fragments) }
     }
 
+    /// Whether arrays are all of one length.
+    #[inline]
+    pub fn is_fixed(&self) -> bool {
+        self.shape.fixed > 0
+    }
     /// Slots, on chip and outside.
     #[inline]
     pub fn slots(&self) -> u32 {
         self.shape.on_chip + self.shape.outside
     }
-    /// The most fragments of a pixel that are counted: a counter says no more, and the buffer holds no more.
+    /// The most fragments of a pixel that are counted: a counter says no more, and the buffer holds no more; an array of a
+    /// fixed length no more than that.
     #[inline]
     pub fn limit(&self) -> u32 {
+        if self.is_fixed() {
+            return self.shape.fixed;
+        }
         self.slots().min(u32::MAX >> (u32::BITS - self.shape.count_bits))
     }
     /// What stands for every sum that is more than there are slots.
@@ -162,10 +174,10 @@ impl Config {
     pub fn lane_of(&self, pixel: u32) -> u32 {
         pixel & (self.shape.lanes - 1)
     }
-    /// Whether a pixel is one of the band.
+    /// Whether a pixel is one of the band: all are where arrays are of one length.
     #[inline(always)]
     pub fn has(&self, band: Band, pixel: u32) -> bool {
-        pixel >= band.from && pixel < band.to
+        self.is_fixed() || (pixel >= band.from && pixel < band.to)
     }
     /// Whether a band is the frame's last.
     #[inline(always)]

@@ -5,7 +5,7 @@
 //!  fragment ------>|       |---> counters: read, write    <--- counts
 //!  ready <---------| Index |---> sums: read               <--- bases
 //!  counting ------>|       |---> place, word
-//!  band ---------->|       |---> ended
+//!  band, length -->|       |---> ended, first_of_word
 //!                  +-------+
 //! ```
 //! One fragment a cycle, same pixel or not. A counter that has come to its limit stays there.
@@ -14,6 +14,10 @@
 //! counting down, they begin at what was counted, and it is the end of its pixel's array minus its counter. Either way the
 //! fragments of a pixel lie side by side in arrival order. Those of pixels that are not of the band are passed over, or
 //! dropped if there is one band; and so is what its pixel's counter did not count.
+//!
+//! Where arrays are of one length nothing is counted before: the base is the pixel's number times the length, and a
+//! fragment that finds its pixel's array full is dropped. `first_of_word` names the word of counters of which the first one
+//! leaves 0.
 
 use super::config::{Band, Config};
 use super::counters::Counts;
@@ -52,10 +56,16 @@ pub struct In {
     pub counts: Read<Counts>,
     /// The sums that were asked for.
     #[with(*cfg)]
+    #[exists(!cfg.is_fixed())]
     pub bases: Read<Sums>,
     /// The pixels whose fragments are stored.
     #[with(*cfg)]
+    #[exists(!cfg.is_fixed())]
     pub band: Band,
+    /// Slots of every array.
+    #[width(cfg.layer_bits())]
+    #[exists(cfg.is_fixed())]
+    pub length: u32,
     /// Slots outside may be asked for.
     pub outside_ready: bool,
 }
@@ -79,6 +89,7 @@ pub struct Out {
     pub count_write: WritePort<Counts>,
     /// Reads sums.
     #[with(cfg.word_bits())]
+    #[exists(!cfg.is_fixed())]
     pub base_read: ReadPort,
     /// Where the fragment is written.
     #[with(cfg.fragments)]
@@ -92,6 +103,10 @@ pub struct Out {
     pub dropped: bool,
     /// All fragments of the frame have come.
     pub ended: bool,
+    /// A word of counters that are all 0 gets its first fragment.
+    #[with(cfg.word_bits())]
+    #[exists(cfg.is_fixed())]
+    pub first_of_word: Stream<u32>,
 }
 
 /// Memories.
@@ -110,7 +125,8 @@ fn queue(cfg: &Config) -> fifo::Config<Screen> {
 
 #[rtl(
     check(Index, crate::test_util::arrays(4, true)),
-    check(Index, crate::test_util::arrays(1, false))
+    check(Index, crate::test_util::arrays(1, false)),
+    check(Index, crate::test_util::fixed().arrays)
 )]
 impl Block for Index {
     type Config = Config;
@@ -152,8 +168,10 @@ impl Block for Index {
             counted = if o.counted { count + 1 } else { count };
         }
         if at_hand && !i.counting {
-            let left = if cfg.shape.down { count > 0 } else { count < cfg.limit() };
+            let limit = if cfg.is_fixed() { i.length } else { cfg.limit() };
+            let left = if cfg.shape.down { count > 0 } else { count < limit };
             if cfg.has(i.band, pixel) && left {
+                let base = if cfg.is_fixed() { pixel * i.length } else { base };
                 let section = if cfg.shape.down { base - count } else { base + count };
                 stall = cfg.fragments.is_outside(section) && !i.outside_ready;
                 o.place = Stream { valid: !stall, payload: Place { section, slot: 0 } };
@@ -167,6 +185,14 @@ impl Block for Index {
             counts.of[lane as usize] = counted;
             o.count_write.write(cfg.word_of(pixel), counts);
         }
+        if cfg.is_fixed() {
+            let mut used = false;
+            for lane in 0..cfg.shape.lanes {
+                used |= i.counts.data.of[lane as usize] > 0;
+            }
+            let first = o.place.valid && !used;
+            o.first_of_word = Stream { valid: first, payload: cfg.word_of(pixel) };
+        }
 
         // First stage: ask for those of the next fragment's pixel, if it counts or has a place.
         let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
@@ -178,7 +204,9 @@ impl Block for Index {
                     o.count_read.read(cfg.word_of(next));
                 } else if cfg.has(i.band, next) {
                     o.count_read.read(cfg.word_of(next));
-                    o.base_read.read(cfg.word_of(next));
+                    if !cfg.is_fixed() {
+                        o.base_read.read(cfg.word_of(next));
+                    }
                 }
             }
         }

@@ -13,11 +13,13 @@
 //! ```
 //! A frame is counted, its counters are summed up, it comes again and is stored, then it is read back pixel by pixel. What
 //! is stored at once is a band of pixels, as many as the buffer has slots for. Reading it back leaves every counter at 0,
-//! so that the next frame begins without clearing.
+//! so that the next frame begins without clearing. Use [`fixed`] where no count is to come first.
 
 pub mod config;
 pub mod counters;
+pub mod fixed;
 pub mod index;
+pub mod list;
 pub mod monitor;
 pub mod prefix_sum;
 pub mod reader;
@@ -32,7 +34,7 @@ use index::Index;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
+use pellucid_sim::{Handshake, Memory, Read, Signals, Stream, rtl};
 use prefix_sum::PrefixSum;
 use reader::Reader;
 use walk::{Extent, Walk};
@@ -219,6 +221,7 @@ impl Block for Arrays {
                 counts,
                 bases: prefix_sum.sums,
                 band: prefix_sum.band,
+                length: 0,
                 outside_ready: slots.ready,
             };
             Index::next(cfg, &q.index, &mut d.index, &mut m.index, to_index)
@@ -233,6 +236,7 @@ impl Block for Arrays {
             let to_walk = walk::In {
                 start: begins,
                 band: prefix_sum.band,
+                length: 0,
                 occupied: prefix_sum.occupied,
                 word: prefix_sum.word,
                 counts,
@@ -243,6 +247,7 @@ impl Block for Arrays {
             let to_reader = reader::In {
                 extent: walk.extent,
                 word,
+                depth: Read::default(),
                 arrived_ready: i.arrived_ready,
                 outside_ready: slots.ready,
             };

@@ -4,22 +4,26 @@
 //!                +--------+
 //!  extent ------>|        |---> arrived (Stream), then the end of the band
 //!  ready <-------| Reader |<--- arrived_ready
-//!  word -------->|        |---> read
+//!  word, depth ->|        |---> read, depth_read
 //!                +--------+
 //! ```
 //! One fragment a cycle, across pixels and passes. At most `reads_in_flight` fragments are under way or waiting for the
 //! receiver, on chip and outside; [`answers`](crate::chains::answers) keeps their order.
 //!
-//! All of them are visible, and it is known from the start how many there are: a pixel with `n` is read in
-//! `ceil(n / K)` passes if the receiver takes K in a pass, and the next pass begins in the cycle after the last read
-//! of the one before.
+//! Where a count has made room for arrays all of them are visible, and it is known from the start how many there are: a pixel
+//! with `n` is read in `ceil(n / K)` passes if the receiver takes K in a pass, and the next pass begins in the cycle after the
+//! last read of the one before.
+//!
+//! Where arrays are of one length fragments are compared with the pixel's opaque depth as they come back, and those behind it
+//! are marked invisible. A pixel with more than K waits after its first pass until all of it is there, and is read in
+//! `ceil(visible / K)` passes, one at least.
 
 use super::config::Config;
 use super::walk::Extent;
 use crate::chains::tables::{Place, Word};
-use pellucid_machine::pixel::{Arrived, Marked};
+use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::Block;
-use pellucid_sim::{Fifo, Memory, Read, Signals, Stream, fifo, rtl};
+use pellucid_sim::{Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct Reader;
@@ -32,8 +36,16 @@ pub struct Pending {
     pub pixel: u32,
     /// Last of its pass.
     pub last: bool,
-    /// Its pass is the pixel's last.
+    /// Its pass is the pixel's last. Of a first pass with more than the receiver takes that is not known yet, if some may be
+    /// invisible.
     pub last_pass: bool,
+    /// Its pass is the second or a later one.
+    #[exists(cfg.is_fixed())]
+    pub again: bool,
+    /// The pixel's opaque depth.
+    #[width(Z_BITS)]
+    #[exists(cfg.is_fixed())]
+    pub depth: u32,
     /// Its slot lies outside.
     #[exists(cfg.fragments.mixes())]
     pub outside: bool,
@@ -54,6 +66,13 @@ pub struct State {
     /// How many are left for this pass and those after it.
     #[width(cfg.layer_bits())]
     pub left: u32,
+    /// The first pass of a deep pixel is asked for: waiting until all of it is there.
+    #[exists(cfg.is_fixed())]
+    pub settles: bool,
+    /// Visible fragments in that pass so far.
+    #[width(cfg.layer_bits())]
+    #[exists(cfg.is_fixed())]
+    pub visible: u32,
     /// Reads under way.
     #[with(cfg.shape.reads_in_flight)]
     pub pending: fifo::State,
@@ -73,6 +92,10 @@ pub struct In {
     /// The oldest fragment that was asked for and is not there yet, if it comes.
     #[with(cfg.fragments)]
     pub word: Read<Word>,
+    /// The depth that was asked for.
+    #[with(Z_BITS)]
+    #[exists(cfg.is_fixed())]
+    pub depth: Read<u32>,
     /// The receiver takes a fragment.
     pub arrived_ready: bool,
     /// Slots outside may be asked for.
@@ -99,6 +122,13 @@ pub struct Out {
     pub read: Stream<Place>,
     /// The read is of a second pass or later.
     pub read_again: bool,
+    /// Reads a pixel's opaque depth.
+    #[with(cfg.screen.pixel_bits())]
+    #[exists(cfg.is_fixed())]
+    pub depth_read: ReadPort,
+    /// A fragment came back that the opaque depth hides (told in the first pass).
+    #[exists(cfg.is_fixed())]
+    pub culled: bool,
 }
 
 /// Memories.
@@ -131,7 +161,8 @@ fn arrivals(cfg: &Config) -> fifo::Config<(u32, u32)> {
 
 #[rtl(
     check(Reader, crate::test_util::arrays(4, true)),
-    check(Reader, crate::test_util::arrays(1, false))
+    check(Reader, crate::test_util::arrays(1, false)),
+    check(Reader, crate::test_util::fixed().arrays)
 )]
 impl Block for Reader {
     type Config = Config;
@@ -147,6 +178,8 @@ impl Block for Reader {
             extent: Stream::idle(),
             at: 0,
             left: 0,
+            settles: false,
+            visible: 0,
             pending: Pendings::reset(&pendings(cfg)),
             arrived: Arrivals::reset(&arrivals(cfg)),
         }
@@ -178,32 +211,59 @@ impl Block for Reader {
         // An answer comes back: the oldest read under way learns its fragment.
         let pending = Pendings::moore(&pendings(cfg), &q.pending, &m.pending);
         let waiting = Arrivals::moore(&arrivals(cfg), &q.arrived, &m.arrived).count;
-        let Pending { pixel, last, last_pass, .. } = pending.front.payload;
+        let oldest = pending.front.payload;
+        let Pending { pixel, last, .. } = oldest;
         let Word { z, rgba, label, .. } = i.word.data;
-        let visible = true;
+        let (mut visible, mut last_pass) = (true, oldest.last_pass);
+        if cfg.is_fixed() {
+            visible = z < oldest.depth;
+            o.culled = i.word.valid && !visible && !oldest.again;
+            if i.word.valid && !oldest.again && !oldest.last_pass {
+                let seen = q.visible + u32::from(visible);
+                d.visible = seen;
+                last_pass = seen <= cfg.shape.depth;
+            }
+        }
         let item = Arrived { pixel, z, rgba, weight: 0, visible, last, last_pass, label };
         let mut arrived = Stream { valid: i.word.valid, payload: Marked::item(item) };
 
         // The slot at hand is asked for if its answer will find room.
         let mut fetch = Stream::idle();
+        let settles = cfg.is_fixed() && q.settles;
         let mut begin = !q.extent.valid;
         let extent = q.extent.payload;
         let section = extent.first + q.at;
         let outside = cfg.fragments.is_outside(section);
         let room = pending.count + waiting < cfg.shape.reads_in_flight;
-        if q.extent.valid && room && (i.outside_ready || !outside) {
+        if q.extent.valid && room && (i.outside_ready || !outside) && !settles {
             let last = q.at + 1 == extent.count;
             let last_pass = q.left <= cfg.shape.depth;
+            let again = q.left != extent.count;
+            let depth = i.depth.data;
             o.read = Stream::offer(Place { section, slot: 0 });
-            o.read_again = q.left != extent.count;
-            fetch = Stream::offer(Pending { pixel: extent.pixel, last, last_pass, outside });
+            o.read_again = again;
+            let pixel = extent.pixel;
+            fetch = Stream::offer(Pending { pixel, last, last_pass, again, depth, outside });
             if !last {
                 d.at = q.at + 1;
             } else if last_pass {
                 begin = true;
+            } else if cfg.is_fixed() && !again {
+                d.settles = true;
             } else {
                 d.at = 0;
                 d.left = q.left - cfg.shape.depth;
+            }
+        }
+
+        // All of a deep pixel is there: it is read again if not all that is visible was taken.
+        if settles && pending.count == 0 {
+            d.settles = false;
+            d.visible = 0;
+            d.at = 0;
+            begin = q.visible <= cfg.shape.depth;
+            if !begin {
+                d.left = q.visible - cfg.shape.depth;
             }
         }
 
@@ -216,6 +276,9 @@ impl Block for Reader {
             d.at = 0;
             d.left = next.count;
             pop = front.valid && !end;
+            if cfg.is_fixed() && pop {
+                o.depth_read.read(next.pixel);
+            }
             if front.valid && end && !q.extent.valid && pending.count == 0 {
                 pop = waiting < cfg.shape.reads_in_flight;
                 arrived = Stream { valid: pop, payload: Marked::end() };

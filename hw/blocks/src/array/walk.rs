@@ -8,11 +8,12 @@
 //!                      +------+
 //! ```
 //! One pixel a cycle, in rising order, across words; a word without one takes a cycle. Where words have several lanes those
-//! without a counted fragment are not in the list, and take none. Counters of the band that are not 0 are cleared as their word
-//! is left.
+//! without a counted fragment are not in the list, and take none; words come in its order. Counters of the band that are not 0
+//! are cleared as their word is left.
 //!
 //! Where slots are found by counting up a pixel's counter says how many fragments it has, from its base on. Where by counting
-//! down the counter says how many are missing at its end, and it begins where the one before it ends.
+//! down the counter says how many are missing at its end, and it begins where the one before it ends. Where arrays are of one
+//! length the base is the pixel's number times that.
 
 use super::config::{Band, Config};
 use super::counters::Counts;
@@ -79,7 +80,12 @@ pub struct In {
     pub start: bool,
     /// The band.
     #[with(*cfg)]
+    #[exists(!cfg.is_fixed())]
     pub band: Band,
+    /// Slots of every array.
+    #[width(cfg.layer_bits())]
+    #[exists(cfg.is_fixed())]
+    pub length: u32,
     /// How many words the list has.
     #[width(cfg.word_bits())]
     #[exists(cfg.lists())]
@@ -93,6 +99,7 @@ pub struct In {
     pub counts: Read<Counts>,
     /// The sums that were asked for.
     #[with(*cfg)]
+    #[exists(!cfg.is_fixed())]
     pub sums: Read<Sums>,
     /// The receiver takes a pixel.
     pub extent_ready: bool,
@@ -121,7 +128,8 @@ pub struct Out {
     check(Walk, crate::test_util::arrays(4, true)),
     check(Walk, crate::test_util::arrays(4, false)),
     check(Walk, crate::test_util::arrays(1, true)),
-    check(Walk, crate::test_util::sweeping(1, false, false))
+    check(Walk, crate::test_util::sweeping(1, false, false)),
+    check(Walk, crate::test_util::fixed().arrays)
 )]
 impl Block for Walk {
     type Config = Config;
@@ -168,6 +176,9 @@ impl Block for Walk {
             }
             some |= here;
             begin = sum;
+        }
+        if cfg.is_fixed() {
+            extent.first = extent.pixel * i.length;
         }
         let ended = q.fsm == Fsm::End;
         o.extent = Stream { valid: some || ended, payload: Marked { end: ended, item: extent } };

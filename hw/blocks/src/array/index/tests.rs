@@ -13,6 +13,8 @@ struct Bench {
     counters: Clocked<Counters>,
     sums: Ram1R1W<Sums>,
     band: Band,
+    /// Slots of every array, where these are of one length.
+    length: u32,
 }
 
 /// What became of a frame.
@@ -22,6 +24,8 @@ struct Seen {
     dropped: u32,
     /// Slots in the order of the writes, with the depth that is written.
     placed: Vec<(u32, u32)>,
+    /// Words of counters that got their first fragment.
+    words: Vec<u32>,
     /// Cycles from the first offer to the end of the frame.
     cycles: u64,
 }
@@ -39,7 +43,7 @@ impl Bench {
             counters.clock(counters::In { clear, ..Default::default() }).unwrap();
         }
         let sums = holding(&[], cfg, ReadDuringWrite::Forbidden);
-        Bench { sim: Sim::new(cfg), counters, sums, band: Band::default() }
+        Bench { sim: Sim::new(cfg), counters, sums, band: Band::default(), length: 0 }
     }
 
     fn counts(&mut self) -> Vec<u32> {
@@ -96,6 +100,7 @@ impl Bench {
                 counts: self.counters.moore(),
                 bases: self.sums.q(),
                 band: self.band,
+                length: self.length,
                 outside_ready: outside.at(cycle),
             };
             source.edge(self.sim.moore().ready);
@@ -115,6 +120,7 @@ impl Bench {
                 assert!(i.outside_ready || !cfg.fragments.is_outside(section));
                 seen.placed.push((section, out.word.z));
             }
+            seen.words.extend(out.first_of_word.valid.then_some(out.first_of_word.payload));
             if out.ended {
                 seen.cycles = cycle;
                 break;
@@ -193,4 +199,61 @@ proptest! {
         }
         prop_assert_eq!(stored, expected);
     }
+
+    /// Without a count: each pixel's fragments from its number times the length on, as many as there is room for.
+    #[test]
+    fn fills_arrays_of_one_length(
+        pixels in proptest::collection::vec(0..PIXELS, 0..60),
+        lanes in 0u32..=4,
+        most in 1u32..6,
+        shorter in 0u32..5,
+        patterns in (pattern(), pattern()),
+    ) {
+        let shape = Shape {
+            lanes: 1 << lanes,
+            count_bits: 3,
+            bands: false,
+            on_chip: 20,
+            outside: 40,
+            fixed: most,
+            ..arrays(1, false).shape
+        };
+        let mut bench = Bench::new(shape);
+        bench.length = most - shorter % most;
+        let cfg = *bench.sim.config();
+        let all: Vec<_> = (0..).zip(&pixels).map(|(z, pixel)| fragment(*pixel, z)).collect();
+        let stored = bench.play(&all, false, &patterns.0, &patterns.1);
+        let mut expected = Seen { cycles: stored.cycles, ..Seen::default() };
+        let mut counts = [0; PIXELS as usize];
+        for PixelFragment { pixel, z, .. } in all {
+            let count = &mut counts[pixel as usize];
+            if *count < bench.length {
+                expected.placed.push((pixel * bench.length + *count, z));
+                *count += 1;
+                let word = cfg.word_of(pixel);
+                if !expected.words.contains(&word) {
+                    expected.words.push(word);
+                }
+            } else {
+                expected.dropped += 1;
+            }
+        }
+        prop_assert_eq!(stored, expected);
+        prop_assert_eq!(bench.counts(), counts);
+    }
+}
+
+#[test]
+fn a_run_on_one_pixel_fills_its_array_one_a_cycle() {
+    let shape = Shape { count_bits: 4, on_chip: 100, fixed: 8, ..arrays(16, false).shape };
+    let mut bench = Bench::new(shape);
+    bench.length = 8;
+    let pixels = [3, 3, 3, 3, 3, 9, 3, 3, 3, 3];
+    let frame: Vec<_> = (0..).zip(pixels).map(|(z, pixel)| fragment(pixel, z)).collect();
+    let always = Pattern::always();
+    let stored = bench.play(&frame, false, &always, &always);
+    let slots = [24, 25, 26, 27, 28, 72, 29, 30, 31];
+    let placed = slots.into_iter().zip(0..).collect();
+    let expected = Seen { dropped: 1, placed, words: vec![0], cycles: 10 + 2, ..Seen::default() };
+    assert_eq!(stored, expected);
 }

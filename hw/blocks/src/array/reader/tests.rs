@@ -1,8 +1,8 @@
 use super::*;
 use crate::array::config::Shape;
 use crate::chains::test_util::{Pixel, Stored, meaning, reference};
-use crate::test_util::{Pattern, Source, arrays, pattern, screen};
-use pellucid_sim::{Sim, StreamMonitor};
+use crate::test_util::{Pattern, Source, arrays, edge, holding, pattern, screen};
+use pellucid_sim::{ReadDuringWrite, Sim, StreamMonitor};
 use proptest::prelude::*;
 
 const ON_CHIP: u32 = 60;
@@ -23,14 +23,18 @@ impl Timing {
     }
 }
 
-/// Reads the pixels, which lie side by side from slot `first` on; gives what arrives with its cycles, and how many reads were
-/// of a second pass or later.
-fn read(
-    shape: Shape,
-    pixels: &[Pixel],
-    first: u32,
-    timing: &Timing,
-) -> (Vec<(u64, Marked<Arrived>)>, usize) {
+/// What came of some pixels.
+struct Seen {
+    /// What arrived, with its cycles.
+    arrivals: Vec<(u64, Marked<Arrived>)>,
+    /// Reads of a second pass or later.
+    again: usize,
+    /// Fragments that were told to be hidden.
+    culled: usize,
+}
+
+/// Reads the pixels, which lie side by side from slot `first` on.
+fn read(shape: Shape, pixels: &[Pixel], first: u32, timing: &Timing) -> Seen {
     let cfg = Config::new(screen(8, 8), Shape { on_chip: ON_CHIP, outside: OUTSIDE, ..shape });
     let slots: Vec<u32> = (first..ON_CHIP + OUTSIDE).collect();
     let mut stored = Stored::new(&cfg.fragments, pixels, &slots);
@@ -43,9 +47,11 @@ fn read(
     }
     extents.push(Marked::end());
     let mut source = Source::new(extents, timing.starts.clone());
+    let depths: Vec<u32> = pixels.iter().map(|pixel| pixel.depth).chain([0]).collect();
+    let mut depth = holding(&depths, Z_BITS, ReadDuringWrite::Forbidden);
     let mut sim = Sim::<Reader>::new(cfg);
     let mut monitor = StreamMonitor::new("arrived", "Reader", "test");
-    let (mut arrivals, mut reads, mut again) = (vec![], 0, 0);
+    let (mut arrivals, mut reads, mut again, mut culled) = (vec![], 0, 0, 0);
     for cycle in 0.. {
         assert!(cycle < 100_000, "the band does not end: {arrivals:?}");
         let moore = sim.moore();
@@ -54,11 +60,15 @@ fn read(
         let i = In {
             extent: source.offer(cycle),
             word: stored.words.answer(cycle),
+            depth: depth.q(),
             arrived_ready: arrived.ready,
             outside_ready: timing.outside_ready.at(cycle),
         };
         source.edge(moore.ready);
         let out = sim.clock(i).unwrap().out;
+        depth.pass_read(out.depth_read);
+        edge(&mut depth);
+        culled += usize::from(out.culled);
         if out.read.valid {
             let section = out.read.payload.section;
             assert!(i.outside_ready || !cfg.fragments.is_outside(section), "nothing is taken");
@@ -75,7 +85,7 @@ fn read(
         let waiting = reads - arrivals.len();
         assert!(waiting <= cfg.shape.reads_in_flight as usize, "{waiting} reads in flight");
     }
-    (arrivals, again)
+    Seen { arrivals, again, culled }
 }
 
 fn pixel_of(count: u32) -> Pixel {
@@ -90,7 +100,7 @@ fn one_fragment_a_cycle_across_pixels_and_passes_on_chip_and_outside() {
     // 5 are read twice, 9 three times.
     let reads = 30 + 5 + 2 * 9;
     for first in [0, ON_CHIP] {
-        let (arrivals, again) = read(shape, &pixels, first, &Timing::free_running());
+        let Seen { arrivals, again, .. } = read(shape, &pixels, first, &Timing::free_running());
         assert_eq!(again, 5 + 2 * 9);
         let begin = arrivals[0].0;
         let cycles: Vec<u64> =
@@ -119,10 +129,60 @@ proptest! {
         prop_assume!(total as u32 + first <= ON_CHIP + OUTSIDE);
         let (starts, arrived_ready, outside_ready) = patterns;
         let timing = Timing { starts, arrived_ready, outside_ready };
-        let (arrivals, again) = read(shape, &pixels, first, &timing);
+        let Seen { arrivals, again, culled } = read(shape, &pixels, first, &timing);
+        prop_assert_eq!(culled, 0);
         let expected = reference(&pixels, depth);
         prop_assert_eq!(again, expected.len() - 1 - total);
         let arrivals: Vec<_> = arrivals.into_iter().map(|(_, arrived)| arrived).collect();
         prop_assert_eq!(arrivals, expected);
     }
+
+    /// With arrays of one length some fragments are hidden, and passes are as many as those take that are not.
+    #[test]
+    fn what_the_opaque_depth_hides_is_marked_and_takes_no_pass(
+        pixels in proptest::collection::vec(
+            (proptest::collection::vec(0u32..8, 1..14), 0u32..=8), 0..8,
+        ),
+        first in 0..ON_CHIP,
+        depth in 1u32..=6,
+        outside_latency in 1u32..=20,
+        reads_in_flight in 2u32..=12,
+        patterns in (pattern(), pattern(), pattern()),
+    ) {
+        let shape = Shape {
+            count_bits: 4,
+            depth,
+            outside_latency,
+            reads_in_flight,
+            fixed: 15,
+            ..arrays(4, false).shape
+        };
+        let pixels: Vec<Pixel> =
+            pixels.into_iter().map(|(layers, depth)| Pixel { layers, depth }).collect();
+        let total: usize = pixels.iter().map(|pixel| pixel.layers.len()).sum();
+        prop_assume!(total as u32 + first <= ON_CHIP + OUTSIDE);
+        let (starts, arrived_ready, outside_ready) = patterns;
+        let timing = Timing { starts, arrived_ready, outside_ready };
+        let Seen { arrivals, again, culled } = read(shape, &pixels, first, &timing);
+        let expected = reference(&pixels, depth);
+        prop_assert_eq!(again, expected.len() - 1 - total);
+        let hidden = |pixel: &Pixel| pixel.layers.len() - pixel.visible() as usize;
+        prop_assert_eq!(culled, pixels.iter().map(hidden).sum::<usize>());
+        let arrivals: Vec<_> = arrivals.into_iter().map(|(_, arrived)| arrived).collect();
+        prop_assert_eq!(arrivals, expected);
+    }
+}
+
+/// Of 5 fragments and 2 in a pass: a second pass begins once the first is there, a third one at once.
+#[test]
+fn a_deep_pixel_waits_once() {
+    let shape = Shape { count_bits: 4, depth: 2, fixed: 8, ..arrays(4, false).shape };
+    let pixels = [pixel_of(2), pixel_of(5), pixel_of(1)];
+    let Seen { arrivals, again, .. } = read(shape, &pixels, 0, &Timing::free_running());
+    assert_eq!(again, 10);
+    let begin = arrivals[0].0;
+    let cycles: Vec<u64> = arrivals.iter().map(|(cycle, _)| cycle - begin).take(18).collect();
+    // Asked for in cycle 6 of these, the last of the first pass is known two cycles later.
+    let expected: Vec<u64> = (0..7).chain(9..20).collect();
+    assert_eq!(cycles, expected);
 }

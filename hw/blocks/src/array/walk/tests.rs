@@ -15,6 +15,8 @@ struct Bench {
     list: Ram1R1W<u32>,
     listed: u32,
     band: Band,
+    /// Slots of every array, where these are of one length.
+    length: u32,
 }
 
 fn words<T: Copy>(lanes: usize, of: &[u32], make: fn([u32; MAX_LANES]) -> T) -> Vec<T> {
@@ -52,7 +54,18 @@ impl Bench {
             sim: Sim::new(cfg),
             listed,
             band: Band { from: band.0, to: band.1 },
+            length: 0,
         }
+    }
+
+    /// The same where arrays have `length` slots each, and words with a fragment are listed in that order.
+    fn fixed(shape: Shape, pixels: &[Pixel], length: u32, order: &[u32]) -> Bench {
+        let mut bench = Bench::new(shape, pixels, (0, pixels.len() as u32));
+        let word_bits = bench.sim.config().word_bits();
+        bench.list = holding(order, word_bits, ReadDuringWrite::New);
+        bench.listed = order.len() as u32;
+        bench.length = length;
+        bench
     }
 
     /// Gives what was sent, with its cycles from the start on, and the cycle of the end.
@@ -65,6 +78,7 @@ impl Bench {
             let i = In {
                 start: cycle == 0,
                 band: self.band,
+                length: self.length,
                 occupied: self.listed,
                 word: self.list.q(),
                 counts: self.counts.q(),
@@ -164,5 +178,36 @@ proptest! {
             let inside = (from..to).contains(&pixel);
             prop_assert_eq!(at(&after), if inside { 0 } else { at(&before) }, "pixel {}", pixel);
         }
+    }
+
+    /// Arrays of one length: the pixels of the words in the order of these, each from its number times the length on.
+    #[test]
+    fn finds_arrays_of_one_length(
+        counts in proptest::collection::vec(prop_oneof![Just(0), 0u32..=7], 1..70),
+        lanes in 1u32..=4,
+        seed: u64,
+        ready in pattern(),
+    ) {
+        let pixels: Vec<Pixel> = counts.iter().map(|n| (*n, *n)).collect();
+        let shape = Shape { fixed: 7, ..shape(1 << lanes, false) };
+        let chunks: Vec<&[u32]> = counts.chunks(1 << lanes).collect();
+        let mut order: Vec<u32> = (0..chunks.len() as u32).collect();
+        order.retain(|word| chunks[*word as usize].iter().any(|n| *n > 0));
+        order.sort_by_key(|word| seed.wrapping_mul(u64::from(*word) * 2 + 1) >> 40);
+        let mut bench = Bench::fixed(shape, &pixels, 7, &order);
+        let cfg = *bench.sim.config();
+        let sent: Vec<Extent> =
+            bench.walk(&ready).0.into_iter().map(|(_, extent)| extent).collect();
+        let mut expected = vec![];
+        for word in order {
+            let first = word << lanes;
+            for (pixel, count) in (first..).zip(chunks[word as usize]) {
+                let extent = Extent { pixel, first: pixel * 7, count: *count };
+                expected.extend((*count > 0).then_some(extent));
+            }
+        }
+        prop_assert_eq!(sent, expected);
+        let left = contents(&mut bench.counts, cfg.words());
+        prop_assert!(left.iter().all(|word| *word == Counts::default()));
     }
 }

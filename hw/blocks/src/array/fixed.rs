@@ -1,0 +1,391 @@
+//! The fixed arrays: transparent fragments grouped by pixel, each pixel's in an array of its own; all arrays are of one length
+//! and lie one behind the other.
+//!
+//! ```text
+//!             +-------+     +----------+     +------+ extent +--------+
+//! fragment -->| Index |<--->| Counters |<--->| Walk |------->| Reader |--> arrived (Stream)
+//!             +-------+     | WordList |     +------+        +--------+
+//!                 |         +----------+                      ^   |
+//!                 |         | Rebuild  |--> replay      depth |   |
+//!                 v         +----------+                          v read
+//!             +-----------------------------------------------------------+
+//!             | Sections, each of one fragment; Answers                    |
+//!             +-----------------------------------------------------------+
+//! ```
+//! Fragment `n` of a pixel has slot `pixel * length + n`. A frame is stored, then read back pixel by pixel. If a pixel has more
+//! than the length the frame is not read back but comes again, with arrays of twice the length, as far as slots go; see
+//! [`rebuild`](crate::rebuild). Reading it back leaves every counter at 0, so that the next frame begins without clearing.
+
+pub mod monitor;
+
+use super::config::{self, MAX_LANES};
+use super::counters::{self, Counters};
+use super::index::{self, Index};
+use super::list::{self, WordList};
+use super::prefix_sum::Sums;
+use super::reader::{self, Reader};
+use super::walk::{self, Extent, Walk};
+use crate::chains::answers::{self, Answers, Words};
+use crate::chains::sections::{self, Sections};
+use crate::rebuild::{self, Growth, Rebuild, Step};
+use pellucid_machine::outside;
+use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Screen, Z_BITS};
+use pellucid_sim::Block;
+use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
+
+/// See the module's description.
+pub struct FixedArrays;
+
+/// What they are made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Slots of an array to begin with, at least 1.
+    pub begin: u32,
+    /// The most slots of one, at least as many. An array becomes longer where these are more.
+    pub most: u32,
+    /// The most slots that are on chip; all others lie outside.
+    pub on_chip: u32,
+    /// From a read request to outside memory to its data, in cycles, at least 1.
+    pub outside_latency: u32,
+    /// Fragment reads under way at once, at least 2.
+    pub reads_in_flight: u32,
+    /// Fragments of a pixel that the receiver takes in one pass, at least 1.
+    pub depth: u32,
+}
+
+/// Everything that the blocks need to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// Of arrays that are [fixed](config::Shape::fixed).
+    pub arrays: config::Config,
+    /// How long they are.
+    pub rebuild: rebuild::Config,
+}
+
+impl Config {
+    /// All of that shape.
+    ///
+    /// # Panics
+    /// If a number is outside of its range, or if arrays of the most slots have more than 2^32 together.
+    pub fn new(screen: Screen, shape: Shape) -> Config {
+        let slots = screen.pixels() * shape.most;
+        let on_chip = shape.on_chip.min(slots);
+        let arrays = config::Shape {
+            lanes: MAX_LANES as u32,
+            count_bits: bits_for(u64::from(shape.most)),
+            down: false,
+            sweeps: false,
+            bands: false,
+            on_chip,
+            outside: slots - on_chip,
+            outside_latency: shape.outside_latency,
+            reads_in_flight: shape.reads_in_flight,
+            depth: shape.depth,
+            fixed: shape.most,
+        };
+        let arrays = config::Config::new(screen, arrays);
+        let rebuild = rebuild::Config {
+            begin: shape.begin,
+            most: shape.most,
+            growth: Growth::Double,
+            entries: arrays.words(),
+        };
+        Config { arrays, rebuild }
+    }
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// See [`mod@rebuild`].
+    #[with(cfg.rebuild)]
+    #[block(Rebuild)]
+    pub rebuild: rebuild::State,
+    /// See [`index`].
+    #[with(cfg.arrays)]
+    #[block(Index)]
+    pub index: index::State,
+    /// See [`list`].
+    #[with(cfg.arrays)]
+    #[block(WordList)]
+    pub list: list::State,
+    /// See [`walk`].
+    #[with(cfg.arrays)]
+    #[block(Walk)]
+    pub walk: walk::State,
+    /// See [`reader`].
+    #[with(cfg.arrays)]
+    #[block(Reader)]
+    pub reader: reader::State,
+    /// See [`sections`].
+    #[with(cfg.arrays.fragments)]
+    #[block(Sections)]
+    pub fragments: sections::State,
+    /// See [`answers`].
+    #[with(cfg.arrays.fragments)]
+    #[block(Answers)]
+    pub answers: answers::State,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// See [`index`].
+    #[block(Index, cfg.arrays)]
+    pub index: index::Mem,
+    /// See [`counters`].
+    #[block(Counters, cfg.arrays)]
+    pub counters: counters::Mem,
+    /// See [`list`].
+    #[block(WordList, cfg.arrays)]
+    pub list: list::Mem,
+    /// See [`reader`].
+    #[block(Reader, cfg.arrays)]
+    pub reader: reader::Mem,
+    /// See [`sections`].
+    #[block(Sections, cfg.arrays.fragments)]
+    pub fragments: sections::Mem,
+    /// See [`answers`].
+    #[block(Answers, cfg.arrays.fragments)]
+    pub answers: answers::Mem,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// A frame's fragments come.
+    pub comes: bool,
+    /// An item of a frame is taken by whoever tests its depth.
+    pub taken: bool,
+    /// Transparent fragments in arrival order, then the end of the frame.
+    #[with(cfg.arrays.screen)]
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// The depth that was asked for.
+    #[with(Z_BITS)]
+    pub depth: Read<u32>,
+    /// The receiver takes what is read back.
+    pub arrived_ready: bool,
+    /// The frame's last pixel is written.
+    pub written: bool,
+    /// A number: the word of counters of that number is cleared.
+    #[with(cfg.arrays.screen.pixel_bits())]
+    pub clear: Stream<u32>,
+    /// What the memory of the slots outside shows.
+    #[with(cfg.arrays.fragments.port())]
+    #[exists(cfg.arrays.fragments.port().exists())]
+    pub outside: outside::In,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// What is done with the frame.
+    pub step: Step,
+    /// What comes next is the same frame again, from its first item.
+    pub replay: bool,
+    /// A fragment is taken.
+    pub ready: bool,
+    /// Fragments of one pixel after the other, then the end of the frame.
+    #[with(cfg.arrays.screen.pixel_bits(), 0)]
+    pub arrived: Stream<Marked<Arrived>>,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// All fragments of the frame have come.
+    pub ended: bool,
+    /// Reads a pixel's opaque depth.
+    #[with(cfg.arrays.screen.pixel_bits())]
+    pub depth_read: ReadPort,
+    /// What can be seen.
+    #[with(*cfg)]
+    pub wires: Wires,
+}
+
+/// What can be seen of the arrays in a cycle: the streams between their blocks, and what these did.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Wires {
+    /// Slots of every array.
+    #[width(cfg.arrays.layer_bits())]
+    pub length: u32,
+    /// Pixels with their fragments.
+    #[with(cfg.arrays)]
+    pub extent: Handshake<Marked<Extent>>,
+    /// Fragments that were read back.
+    #[with(cfg.arrays.screen.pixel_bits(), 0)]
+    pub arrived: Handshake<Marked<Arrived>>,
+    /// The port to the slots outside.
+    #[with(cfg.arrays.fragments.port())]
+    #[exists(cfg.arrays.fragments.port().exists())]
+    pub outside: outside::Wires,
+    /// What happened.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Events {
+    /// A fragment was stored.
+    pub stored: bool,
+    /// It was stored in outside memory.
+    pub spilled: bool,
+    /// A fragment found no slot: the frame will be played again.
+    pub lacking: bool,
+    /// A fragment found no slot, and there will be none.
+    pub dropped: bool,
+    /// The frame is asked for again.
+    pub again: bool,
+    /// A fragment was read back.
+    pub read: bool,
+    /// It was read in a second pass or later.
+    pub read_again: bool,
+    /// A fragment that was read back is hidden.
+    pub culled_late: bool,
+}
+
+#[rtl(
+    check(FixedArrays, crate::test_util::fixed()),
+    check(FixedArrays, crate::test_util::fixed_at(3))
+)]
+impl Block for FixedArrays {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
+        let rebuild = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
+        Moore {
+            step: rebuild.step,
+            replay: rebuild.replay,
+            ready: Index::moore(&cfg.arrays, &q.index, &m.index).ready,
+            arrived: Reader::moore(&cfg.arrays, &q.reader, &m.reader).arrived,
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
+        let arrays = &cfg.arrays;
+        let slots = &arrays.fragments;
+
+        // What every block shows before its inputs are known.
+        let at = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
+        let counts = Counters::moore(arrays, &(), &m.counters);
+        let list = WordList::moore(arrays, &q.list, &m.list);
+        let memory = Sections::moore(slots, &q.fragments, &m.fragments);
+        let reader = Reader::moore(arrays, &q.reader, &m.reader);
+        let words = Words::of(memory.on_chip, i.outside.response);
+        let to_answers = answers::In { oldest: reader.oldest, words };
+        let word = Answers::next(slots, &q.answers, &mut d.answers, &mut m.answers, to_answers);
+
+        let index = if i.comes {
+            let to_index = index::In {
+                counting: false,
+                fragment: i.fragment,
+                counts,
+                bases: Read::<Sums>::default(),
+                band: config::Band::default(),
+                length: at.limit,
+                outside_ready: memory.ready,
+            };
+            Index::next(arrays, &q.index, &mut d.index, &mut m.index, to_index)
+        } else {
+            index::Out::default()
+        };
+
+        let to_rebuild = rebuild::In {
+            lacking: index.dropped,
+            asked: 0,
+            ended: index.ended,
+            resolved: i.written,
+            comes: i.taken,
+        };
+        let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
+
+        // What is complete is read back.
+        let (walk, back) = if rebuild.begins || at.step == Step::Resolve {
+            let to_walk = walk::In {
+                start: rebuild.begins,
+                band: config::Band::default(),
+                length: at.limit,
+                occupied: list.count,
+                word: list.word,
+                counts,
+                sums: Read::<Sums>::default(),
+                extent_ready: reader.ready,
+            };
+            let walk = Walk::next(arrays, &q.walk, &mut d.walk, &mut (), to_walk);
+            let to_reader = reader::In {
+                extent: walk.extent,
+                word,
+                depth: i.depth,
+                arrived_ready: i.arrived_ready,
+                outside_ready: memory.ready,
+            };
+            let back = Reader::next(arrays, &q.reader, &mut d.reader, &mut m.reader, to_reader);
+            (walk, back)
+        } else {
+            (walk::Out::default(), reader::Out::default())
+        };
+
+        // The memories serve whoever asks.
+        let to_list = list::In {
+            push: index.first_of_word,
+            read: walk.occupied_read,
+            clear: i.written || rebuild.again,
+        };
+        WordList::next(arrays, &q.list, &mut d.list, &mut m.list, to_list);
+        let mut clear = i.clear;
+        if at.clear.valid {
+            clear = at.clear;
+        }
+        let to_counters = counters::In {
+            index_read: index.count_read,
+            index_write: index.count_write,
+            walk_read: walk.read,
+            walk_write: walk.write,
+            clear,
+            ..counters::In::default()
+        };
+        Counters::next(arrays, &(), &mut (), &mut m.counters, to_counters);
+        let to_fragments = sections::In {
+            write: index.place,
+            word: index.word,
+            read: back.read,
+            taken: i.outside.ready,
+        };
+        let request =
+            Sections::next(slots, &q.fragments, &mut d.fragments, &mut m.fragments, to_fragments)
+                .request;
+
+        let longest = at.limit == cfg.rebuild.most;
+        Out {
+            ended: index.ended,
+            depth_read: back.depth_read,
+            wires: Wires {
+                length: at.limit,
+                extent: walk.extent.with(reader.ready),
+                arrived: reader.arrived.with(i.arrived_ready),
+                // What was asked for always finds room.
+                outside: outside::Wires {
+                    request: request.with(i.outside.ready),
+                    response: i.outside.response.with(true),
+                },
+                events: Events {
+                    stored: index.place.valid,
+                    spilled: index.place.valid && slots.is_outside(index.place.payload.section),
+                    lacking: index.dropped && !longest,
+                    dropped: index.dropped && longest,
+                    again: rebuild.again,
+                    read: back.read.valid,
+                    read_again: back.read_again,
+                    culled_late: back.culled,
+                },
+            },
+        }
+    }
+}
