@@ -10,6 +10,7 @@ pub static ARCHITECTURES: &[&Architecture] = &[
     &pellucid_mbuffer::architecture::ARCHITECTURE,
     &pellucid_composer::architecture::ARCHITECTURE,
     &pellucid_dfb::architecture::ARCHITECTURE,
+    &pellucid_b3d::architecture::ARCHITECTURE,
 ];
 
 /// The architecture of that name.

@@ -10,7 +10,7 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 27] = [
+pub const EVENTS: [&str; 28] = [
     "counted",
     "stored",
     "spilled",
@@ -19,6 +19,7 @@ pub const EVENTS: [&str; 27] = [
     "ssa_write_back",
     "first",
     "section_taken",
+    "lacking",
     "dropped",
     "waits",
     "compared",

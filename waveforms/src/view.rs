@@ -103,7 +103,7 @@ pub(crate) const COLOURS: [(&str, &str); 6] = [
 /// From how many bits on a number is shown in hexadecimal digits: depths and colours are.
 const HEX_FROM: u32 = 24;
 /// Events that slow a machine down or lose something.
-const TROUBLE: [&str; 4] = ["dropped", "waits", "spilled", "round_failed"];
+const TROUBLE: [&str; 5] = ["dropped", "lacking", "waits", "spilled", "round_failed"];
 
 /// The list of signals, with the tables of states' names that it needs.
 pub(crate) struct List<'a> {

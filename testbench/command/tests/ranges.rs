@@ -38,6 +38,8 @@ fn beside(arch: &str, name: &str, end: &str) -> &'static [&'static str] {
         ("mbuffer", "allocator", "bitmap") => &["overflow_sections=64", "outside_sections=64"],
         ("rbuffer", "queue", _) => &["outside_queue=0"],
         ("rbuffer", "outside_queue", _) => &["overflow=replay"],
+        ("b3d", "layers", "65536") => &["most_layers=65536"],
+        ("b3d", "most_layers", "1") => &["layers=1"],
         ("composer", "engines", _) => &[],
         ("composer", ..) => &["engines=2"],
         _ => &[],

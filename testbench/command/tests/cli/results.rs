@@ -205,7 +205,7 @@ fn a_file_can_name_architecture_and_preset() {
     wrong(
         "arch = \"tbufer\"\n",
         "`c.toml`, key `arch`: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, \
-         `rbuffer`, `mbuffer`, `composer`, `dfb`",
+         `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`",
     );
     wrong(
         "preset = \"fats\"\n",
@@ -270,7 +270,7 @@ fn the_list_of_one_architecture_has_no_other() {
     refused(
         folder.path(),
         &["list", "tbufer"],
-        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`",
+        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`",
     );
 }
 
