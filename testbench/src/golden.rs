@@ -21,6 +21,7 @@ pub mod primitive;
 
 use crate::image::Image;
 use pellucid_machine::arithmetic::Layer;
+use pellucid_machine::census::add;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_machine::{Arithmetic, Census};
 use std::ops::Range;
@@ -184,7 +185,11 @@ impl Reference {
 
     /// What a machine cannot change about the frame.
     pub fn census(&self) -> Census {
-        Census { stored: self.stored, histogram: self.stored_histogram.clone() }
+        Census {
+            stored: self.stored,
+            histogram: self.stored_histogram.clone(),
+            visible: self.layer_histogram.clone(),
+        }
     }
 
     /// The image that a machine of that arithmetic must give, bit for bit.
@@ -403,14 +408,6 @@ impl Golden {
         // A chain runs from the latest to the earliest; the sort is stable, so each pixel keeps arrival order.
         layers.reverse();
         layers.sort_by_key(|(pixel, _)| *pixel);
-    }
-}
-
-/// Adds a histogram to a sum of such.
-fn add(sum: &mut Vec<u64>, histogram: &[u64]) {
-    sum.resize(sum.len().max(histogram.len()), 0);
-    for (sum, pixels) in sum.iter_mut().zip(histogram) {
-        *sum += pixels;
     }
 }
 

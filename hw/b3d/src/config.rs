@@ -89,6 +89,7 @@ impl Config {
             depth: params.sorter_depth,
             pixel_bits: screen.pixel_bits(),
             layer_bits: arrays.arrays.layer_bits(),
+            newest_first: false,
         };
         Ok(Config { screen, params, arrays, sorter })
     }

@@ -27,7 +27,7 @@ use config::Config;
 use pellucid_blocks::array::fixed::{self, FixedArrays};
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Status};
-use pellucid_blocks::rebuild::Step;
+use pellucid_blocks::rebuild::{self, Step};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, PhaseInfo};
@@ -61,12 +61,7 @@ pub const PHASES: &[PhaseInfo] = &[
     front::PHASES[front::Phase::Clear as usize],
     front::PHASES[front::Phase::Idle as usize],
     front::PHASES[front::Phase::Store as usize],
-    PhaseInfo {
-        name: "rebuild",
-        about: "Clearing counters, to have the frame again with more slots for each pixel.",
-        works: true,
-        counts: true,
-    },
+    rebuild::PHASE,
     front::PHASES[front::Phase::Resolve as usize],
     front::PHASES[front::Phase::Wait as usize],
 ];

@@ -10,7 +10,7 @@
 //! one a cycle, and the frame is asked for again. `replay` is high until its first item comes. What lacked in a play
 //! that is resolved is lost. The limit stays where it has come to, for the frames that follow.
 
-use pellucid_machine::choice;
+use pellucid_machine::{PhaseInfo, choice};
 use pellucid_sim::{Block, Signals, Stream, bits_for, check_range, rtl};
 
 choice! {
@@ -32,6 +32,14 @@ choice! {
         Needed = "needed",
     }
 }
+
+/// What a machine is at while entries are cleared.
+pub const PHASE: PhaseInfo = PhaseInfo {
+    name: "rebuild",
+    about: "Clearing the table of a frame that did not fit, before it comes again with more room.",
+    works: true,
+    counts: true,
+};
 
 /// See the module's description.
 pub struct Rebuild;

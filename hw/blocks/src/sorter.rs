@@ -17,6 +17,10 @@
 //! next: its depth, and how many fragments of that depth have left. So any number of layers is exact,
 //! at the price of `ceil(n / K)` passes.
 //!
+//! Where a pixel's fragments come from the newest to the oldest each goes before those that are as far, so that equal depths
+//! still leave from the oldest on. Then the threshold's count is of those of its depth that fell off the end: in the next pass they
+//! are the first to come.
+//!
 //! A fragment is taken in every cycle, unless the receiver stalls: then at most K fragments wait at the begin of each.
 //! The last fragment of a pass closes it for the next cycle. From there on, or from when those before have left, one
 //! leaves a cycle.
@@ -41,6 +45,8 @@ pub struct Config {
     pub pixel_bits: u32,
     /// Bits of how many fragments a pixel may have.
     pub layer_bits: u32,
+    /// A pixel's fragments come from the newest to the oldest, in every pass.
+    pub newest_first: bool,
 }
 
 impl Config {
@@ -84,12 +90,20 @@ pub struct State {
     /// Depth of the last fragment of the pass before.
     #[width(Z_BITS)]
     pub threshold: u32,
-    /// Fragments of that depth that left in earlier passes.
+    /// Fragments of that depth that left in earlier passes. Where the newest come first, those that did not.
     #[width(cfg.layer_bits)]
     pub left: u32,
     /// Fragments of that depth that came in so far in this pass.
     #[width(cfg.layer_bits)]
     pub came: u32,
+    /// Depth of the farthest fragments that fell off the end in this pass.
+    #[width(Z_BITS)]
+    #[exists(cfg.newest_first)]
+    pub fell_z: u32,
+    /// How many of that depth did.
+    #[width(cfg.layer_bits)]
+    #[exists(cfg.newest_first)]
+    pub fell: u32,
     /// The end of the frame has come in.
     pub end: bool,
     /// The fragments; the first leaves first.
@@ -119,8 +133,9 @@ pub struct Moore {
 }
 
 #[rtl(
-    check(Sorter, Config { depth: 1, pixel_bits: 0, layer_bits: 3 }),
-    check(Sorter, Config { depth: 7, pixel_bits: 4, layer_bits: 4 })
+    check(Sorter, Config { depth: 1, pixel_bits: 0, layer_bits: 3, newest_first: false }),
+    check(Sorter, Config { depth: 7, pixel_bits: 4, layer_bits: 4, newest_first: false }),
+    check(Sorter, Config { depth: 5, pixel_bits: 4, layer_bits: 4, newest_first: true })
 )]
 impl Block for Sorter {
     type Config = Config;
@@ -140,6 +155,8 @@ impl Block for Sorter {
             threshold: 0,
             left: 0,
             came: 0,
+            fell_z: 0,
+            fell: 0,
             end: false,
             entries: [Entry::default(); MAX_DEPTH + 1],
         }
@@ -174,7 +191,8 @@ impl Block for Sorter {
 
         // Which fragments have not left in an earlier pass?
         let at_threshold = q.again && item.z == q.threshold;
-        let left = q.again && (item.z > q.threshold || (at_threshold && q.came < q.left));
+        let before = if cfg.newest_first { q.came >= q.left } else { q.came < q.left };
+        let left = q.again && (item.z > q.threshold || (at_threshold && before));
         let insert = fragment && item.visible && !left;
         if fragment && item.visible && at_threshold {
             d.came = q.came + 1;
@@ -200,7 +218,8 @@ impl Block for Sorter {
                 let last = k + 1 == cfg.registers();
                 let here =
                     if pop && !last { q.entries[k as usize + 1] } else { q.entries[k as usize] };
-                placed |= insert && (last || (k >= closed && (k >= count || here.z < item.z)));
+                let nearer = if cfg.newest_first { here.z <= item.z } else { here.z < item.z };
+                placed |= insert && (last || (k >= closed && (k >= count || nearer)));
                 if placed {
                     d.entries[k as usize] = carry;
                     carry = here;
@@ -212,20 +231,40 @@ impl Block for Sorter {
         d.closed = closed;
         d.count = if insert && count - closed < cfg.depth { count + 1 } else { count };
 
+        // Where the newest come first, those that fall off and are as far as the last one that stays are for the passes to come.
+        let mut fell = q.fell;
+        let mut fell_z = q.fell_z;
+        if cfg.newest_first && insert && count - closed == cfg.depth {
+            let z = d.entries[cfg.depth as usize].z;
+            if q.fell == 0 || z > q.fell_z {
+                fell = 1;
+                fell_z = z;
+            } else if z == q.fell_z {
+                fell = q.fell + 1;
+            }
+        }
+        d.fell = fell;
+        d.fell_z = fell_z;
+
         // The end of a pass closes what is in.
         if fragment && item.last {
             d.closed = d.count;
             d.again = !item.last_pass;
             d.came = 0;
+            d.fell = 0;
             if !item.last_pass {
                 // More than K of the pixel have come, so that K are in, and nothing of the ones before is left.
                 let z = d.entries[cfg.depth as usize - 1].z;
-                let mut same = if q.again && q.threshold == z { q.left } else { 0 };
-                for k in 0..cfg.depth {
-                    same += u32::from(d.entries[k as usize].z == z);
-                }
                 d.threshold = z;
-                d.left = same;
+                if cfg.newest_first {
+                    d.left = if fell_z == z { fell } else { 0 };
+                } else {
+                    let mut same = if q.again && q.threshold == z { q.left } else { 0 };
+                    for k in 0..cfg.depth {
+                        same += u32::from(d.entries[k as usize].z == z);
+                    }
+                    d.left = same;
+                }
             } else if d.count > 0 {
                 // If nothing of the pixel is visible, this is an earlier pixel's last already.
                 d.entries[(d.count - 1) as usize].last = true;

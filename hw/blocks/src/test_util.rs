@@ -3,7 +3,7 @@
 use crate::allocator::AllocatorKind;
 use crate::array::{config as array, fixed};
 use crate::buffer::Buffer;
-use crate::chains::config::{Cached, Config, Passes, Shape};
+use crate::chains::config::{Cached, Config, Link, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;
@@ -23,7 +23,7 @@ pub fn shape() -> Shape {
         outside: 1_048_576,
         outside_latency: 64,
         capacity: 3,
-        tail: true,
+        link: Link::Tail,
         bitmap: true,
         reads_in_flight: 64,
         passes: Passes::Each(16),
@@ -39,7 +39,7 @@ pub fn small(fast: bool) -> Config {
         on_chip: 13,
         outside: 6,
         outside_latency: 3,
-        tail: fast,
+        link: if fast { Link::Tail } else { Link::Walk },
         bitmap: fast,
         reads_in_flight: 5,
         passes: Passes::Each(4),
@@ -52,6 +52,12 @@ pub fn small(fast: bool) -> Config {
 pub fn small_of(on_chip: u32, outside: u32) -> Config {
     let small = small(true);
     Config::new(small.screen, Shape { on_chip, outside, ..small.shape })
+}
+
+/// The faster ones, of which new sections go before the first one.
+pub fn small_newest_first() -> Config {
+    let small = small(true);
+    Config::new(small.screen, Shape { link: Link::Head, ..small.shape })
 }
 
 /// The slower ones, with an NSA table that lends entries.

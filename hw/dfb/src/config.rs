@@ -133,6 +133,7 @@ impl Config {
             depth: params.sorter_depth,
             pixel_bits: screen.pixel_bits(),
             layer_bits: arrays.layer_bits(),
+            newest_first: false,
         };
         Ok(Config { screen, params, arrays, sorter })
     }

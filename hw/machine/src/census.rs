@@ -7,18 +7,18 @@ pub struct Census {
     pub stored: u64,
     /// `[i]` is N_i: pixels with exactly `i` of them.
     pub histogram: Vec<u64>,
+    /// The same of those alone that are in front of the final opaque depth.
+    pub visible: Vec<u64>,
 }
 
 impl Census {
     /// Several frames as one.
     pub fn together(frames: &[Census]) -> Census {
         let mut all = Census::default();
-        for Census { stored, histogram } in frames {
+        for Census { stored, histogram, visible } in frames {
             all.stored += stored;
-            all.histogram.resize(all.histogram.len().max(histogram.len()), 0);
-            for (sum, pixels) in all.histogram.iter_mut().zip(histogram) {
-                *sum += pixels;
-            }
+            add(&mut all.histogram, histogram);
+            add(&mut all.visible, visible);
         }
         all
     }
@@ -31,6 +31,14 @@ impl Census {
     /// P: pixels with at least one fragment.
     pub fn pixels(&self) -> u64 {
         self.histogram.iter().skip(1).sum()
+    }
+}
+
+/// Adds a histogram to a sum of such.
+pub fn add(sum: &mut Vec<u64>, histogram: &[u64]) {
+    sum.resize(sum.len().max(histogram.len()), 0);
+    for (sum, pixels) in sum.iter_mut().zip(histogram) {
+        *sum += pixels;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::array;
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Cached, Passes, Place, Scan, Shape};
+use pellucid_blocks::chains::config::{self as chains, Cached, Link, Passes, Place, Scan, Shape};
 use pellucid_blocks::weights::WEIGHT_BITS;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -99,7 +99,7 @@ impl Config {
             outside: params.outside_sections,
             outside_latency: params.outside_latency,
             capacity: params.section_capacity,
-            tail: true,
+            link: Link::Tail,
             bitmap: params.scan == Scan::Bitmap,
             reads_in_flight: params.reads_in_flight,
             passes: if in_memory { Passes::One } else { Passes::Twice(params.array) },

@@ -169,6 +169,8 @@ impl<A: Allocator> Block for MBuffer<A> {
         let to_chains = chains::In {
             storing: matches!(front.status.phase, Phase::Store),
             resolving,
+            start: false,
+            limit: 0,
             fragment: front.passed,
             depth: front.depth,
             arrived_ready: true,

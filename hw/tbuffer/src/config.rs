@@ -1,7 +1,7 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Cached, Passes, Place, Scan, Shape};
+use pellucid_blocks::chains::config::{self as chains, Cached, Link, Passes, Place, Scan, Shape};
 use pellucid_blocks::sorter;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -95,7 +95,10 @@ impl Config {
             outside: params.outside_sections,
             outside_latency: params.outside_latency,
             capacity: params.section_capacity,
-            tail: params.append == Append::Tail,
+            link: match params.append {
+                Append::Walk => Link::Walk,
+                Append::Tail => Link::Tail,
+            },
             bitmap: params.scan == Scan::Bitmap,
             reads_in_flight: params.reads_in_flight,
             passes: Passes::Each(params.sorter_depth),
@@ -108,6 +111,7 @@ impl Config {
             depth: params.sorter_depth,
             pixel_bits: screen.pixel_bits(),
             layer_bits: chains.layer_bits(),
+            newest_first: false,
         };
         Ok(Config { screen, params, chains, sorter })
     }

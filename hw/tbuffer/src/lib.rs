@@ -157,6 +157,8 @@ impl<A: Allocator> Block for TBuffer<A> {
         let to_chains = chains::In {
             storing: matches!(front.status.phase, Phase::Store),
             resolving,
+            start: false,
+            limit: 0,
             fragment: front.passed,
             depth: front.depth,
             arrived_ready: sorter.ready,

@@ -36,7 +36,7 @@ fn flip_flops(module: &Module) -> u64 {
 const SCREEN: Screen = Screen { width: 64, height: 48, background: 0 };
 
 fn sorter(depth: u32) -> sorter::Config {
-    sorter::Config { depth, layer_bits: 8, pixel_bits: SCREEN.pixel_bits() }
+    sorter::Config { depth, layer_bits: 8, pixel_bits: SCREEN.pixel_bits(), newest_first: false }
 }
 
 fn chains(sections: u32) -> chains::Config {

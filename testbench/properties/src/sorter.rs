@@ -38,7 +38,7 @@ pub struct Layer {
     pub visible: bool,
 }
 
-/// The fragments of a pixel as they come, at least one.
+/// The fragments of a pixel, from the oldest to the newest, at least one.
 pub type Pixel = Vec<Layer>;
 
 /// What is fixed while a sequence is played.
@@ -46,6 +46,8 @@ pub type Pixel = Vec<Layer>;
 pub struct Setup {
     /// K: fragments sorted in one pass.
     pub depth: u32,
+    /// A pixel's fragments are sent from the newest to the oldest.
+    pub newest_first: bool,
     /// Frames, each of so many pixels.
     pub frames: Vec<Vec<Pixel>>,
 }
@@ -54,6 +56,9 @@ pub struct Setup {
 impl fmt::Display for Setup {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "K = {}", self.depth)?;
+        if self.newest_first {
+            f.write_str(", newest first")?;
+        }
         for frame in &self.frames {
             f.write_str(", frame")?;
             for pixel in frame {
@@ -76,7 +81,7 @@ pub enum Property {
     Held,
     /// A pixel's fragments leave far to near.
     Order,
-    /// Those of one depth leave in the order in which they came.
+    /// Those of one depth leave from the oldest to the newest.
     Ties,
     /// Each visible fragment leaves once, its pixel's before the next one's, and nothing else does.
     Once,
@@ -98,7 +103,7 @@ impl fmt::Display for Property {
         f.write_str(match self {
             Property::Held => "what leaves is held until it is taken",
             Property::Order => "a pixel's fragments leave far to near",
-            Property::Ties => "fragments of one depth leave in the order in which they came",
+            Property::Ties => "fragments of one depth leave from the oldest to the newest",
             Property::Once => "each visible fragment leaves once, pixel by pixel, and nothing else",
             Property::Early => "nothing leaves before its pass is complete",
             Property::Last => "the nearest of a pixel is marked as its last, and no other",
@@ -143,6 +148,7 @@ struct Due {
 /// What a sorter is held to.
 pub struct Model<S> {
     depth: u32,
+    newest_first: bool,
     ends: StreamDriver<Marked<Arrived>, Leaves>,
     /// All that must leave, in order.
     due: Vec<Due>,
@@ -179,7 +185,9 @@ impl<S> Model<S> {
         order.sort_by_key(|k| Reverse(layers[*k].z));
         let passes = order.len().div_ceil(self.depth as usize).max(1);
         for pass in 0..passes {
-            for (k, &Layer { z, visible }) in layers.iter().enumerate() {
+            for at in 0..layers.len() {
+                let k = if self.newest_first { layers.len() - 1 - at } else { at };
+                let Layer { z, visible } = layers[k];
                 self.complete.push(self.due.len());
                 items.push(Marked::item(Arrived {
                     pixel: pixel as u32,
@@ -187,7 +195,7 @@ impl<S> Model<S> {
                     rgba: colour(frame, pixel, k),
                     weight: 0,
                     visible,
-                    last: k + 1 == layers.len(),
+                    last: at + 1 == layers.len(),
                     last_pass: pass + 1 == passes,
                     label: Label::new(k as u32, pixel as u16, 0),
                 }));
@@ -244,8 +252,8 @@ fn frames(number: Range<usize>) -> BoxedStrategy<Setup> {
     let layers = length.prop_flat_map(move |n| proptest::collection::vec(layer.clone(), n));
     let frame = proptest::collection::vec(layers, 0..8);
     let depth = prop_oneof![6 => 1u32..9, 1 => Just(MAX_DEPTH as u32)];
-    (depth, proptest::collection::vec(frame, number))
-        .prop_map(|(depth, frames)| Setup { depth, frames })
+    (depth, any::<bool>(), proptest::collection::vec(frame, number))
+        .prop_map(|(depth, newest_first, frames)| Setup { depth, newest_first, frames })
         .boxed()
 }
 
@@ -286,12 +294,14 @@ impl<S: Sorts> Reference for Model<S> {
                             _ => frame.push(vec![*layer]),
                         }
                     }
-                    setups.push(Setup { depth, frames: vec![frame] });
+                    let frames = vec![frame];
+                    setups.push(Setup { depth, newest_first: true, frames: frames.clone() });
+                    setups.push(Setup { depth, newest_first: false, frames });
                 }
             }
         }
         let one = vec![vec![layer(0)]];
-        setups.push(Setup { depth: 1, frames: vec![one.clone(), one] });
+        setups.push(Setup { depth: 1, newest_first: false, frames: vec![one.clone(), one] });
         setups
     }
     fn told(setup: &Setup) -> String {
@@ -299,12 +309,14 @@ impl<S: Sorts> Reference for Model<S> {
     }
     fn config(setup: &Setup) -> Config {
         let pixel_bits = bits_for(u64::from(PIXELS - 1));
-        Config { depth: setup.depth, pixel_bits, layer_bits: LAYER_BITS }
+        let Setup { depth, newest_first, .. } = *setup;
+        Config { depth, pixel_bits, layer_bits: LAYER_BITS, newest_first }
     }
     fn new(setup: &Setup) -> Model<S> {
         let (due, complete, sorter) = (vec![], vec![], PhantomData);
         let ends = StreamDriver::new(vec![]);
-        let mut model = Model { depth: setup.depth, ends, due, complete, sorter };
+        let Setup { depth, newest_first, .. } = *setup;
+        let mut model = Model { depth, newest_first, ends, due, complete, sorter };
         let mut items = vec![];
         for (number, frame) in setup.frames.iter().enumerate() {
             for (pixel, layers) in frame.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! What arrays of fragments are made of.
 
 use crate::allocator::AllocatorKind;
-use crate::chains::config::{self as chains, Passes};
+use crate::chains::config::{self as chains, Link, Passes};
 use pellucid_machine::Outside;
 use pellucid_machine::outside::{self, Table};
 use pellucid_machine::pixel::Screen;
@@ -80,7 +80,7 @@ impl Config {
             outside: shape.outside,
             outside_latency: shape.outside_latency,
             capacity: 1,
-            tail: true,
+            link: Link::Tail,
             bitmap: false,
             reads_in_flight: shape.reads_in_flight,
             passes: Passes::Each(shape.depth),
@@ -95,6 +95,11 @@ impl Config {
     #[inline]
     pub fn is_fixed(&self) -> bool {
         self.shape.fixed > 0
+    }
+    /// Whether a pixel can be so deep that how many of its fragments are visible tells how often it is read.
+    #[inline]
+    pub fn settles(&self) -> bool {
+        self.is_fixed() && self.shape.fixed > self.shape.depth
     }
     /// Slots, on chip and outside.
     #[inline]

@@ -67,11 +67,11 @@ pub struct State {
     #[width(cfg.layer_bits())]
     pub left: u32,
     /// The first pass of a deep pixel is asked for: waiting until all of it is there.
-    #[exists(cfg.is_fixed())]
+    #[exists(cfg.settles())]
     pub settles: bool,
     /// Visible fragments in that pass so far.
     #[width(cfg.layer_bits())]
-    #[exists(cfg.is_fixed())]
+    #[exists(cfg.settles())]
     pub visible: u32,
     /// Reads under way.
     #[with(cfg.shape.reads_in_flight)]
@@ -218,7 +218,7 @@ impl Block for Reader {
         if cfg.is_fixed() {
             visible = z < oldest.depth;
             o.culled = i.word.valid && !visible && !oldest.again;
-            if i.word.valid && !oldest.again && !oldest.last_pass {
+            if cfg.settles() && i.word.valid && !oldest.again && !oldest.last_pass {
                 let seen = q.visible + u32::from(visible);
                 d.visible = seen;
                 last_pass = seen <= cfg.shape.depth;
@@ -229,7 +229,7 @@ impl Block for Reader {
 
         // The slot at hand is asked for if its answer will find room.
         let mut fetch = Stream::idle();
-        let settles = cfg.is_fixed() && q.settles;
+        let settles = cfg.settles() && q.settles;
         let mut begin = !q.extent.valid;
         let extent = q.extent.payload;
         let section = extent.first + q.at;
@@ -248,7 +248,7 @@ impl Block for Reader {
                 d.at = q.at + 1;
             } else if last_pass {
                 begin = true;
-            } else if cfg.is_fixed() && !again {
+            } else if cfg.settles() && !again {
                 d.settles = true;
             } else {
                 d.at = 0;

@@ -43,6 +43,18 @@ pub struct Cached {
     pub line: u32,
 }
 
+/// Where a section that a pixel needs goes in its chain, and what its SSA entry keeps for that.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// Behind the last one. The entry has the first one, and a store walks the chain.
+    Walk,
+    /// Behind the last one. The entry has the last one too, and how full that is.
+    Tail,
+    /// Before the first one. The entry has the first one and how full that is, so that a chain goes from the newest section to
+    /// the oldest, and is read from its newest fragment to its oldest. Sections are counted out, and all given back at once.
+    Head,
+}
+
 /// The chains' shape. Sections are numbered: those that pixels own, then the free ones on chip, then those
 /// outside.
 #[derive(Clone, Copy, Debug)]
@@ -57,8 +69,8 @@ pub struct Shape {
     pub outside_latency: u32,
     /// Fragments that a section holds, at least 1.
     pub capacity: u32,
-    /// Each pixel's last section and how full it is are kept; else a store walks the chain.
-    pub tail: bool,
+    /// Where a section that a pixel needs goes in its chain.
+    pub link: Link,
     /// An occupancy bitmap finds the pixels that have fragments; else every pixel is visited.
     pub bitmap: bool,
     /// Fragment reads under way at once, at least 2.
@@ -149,6 +161,10 @@ impl Config {
         check_range("the capacity of a section", shape.capacity, 1..);
         check_range("the latency of outside sections", shape.outside_latency, 1..);
         check_range("the number of reads in flight", shape.reads_in_flight, 2..);
+        assert!(
+            !shape.owned || shape.link == Link::Tail,
+            "a pixel that owns a section keeps its tail"
+        );
         let owned = if shape.owned { screen.pixels() } else { 0 };
         let null = owned + shape.on_chip + shape.outside;
         let in_pass = match shape.passes {
@@ -168,7 +184,7 @@ impl Config {
     fn ssa_outside(&self, Cached { sets, ways, line }: Cached) -> SsaOutside {
         let pixels = self.screen.pixels();
         let lines = pixels.next_multiple_of(line);
-        let fill = if self.shape.tail { self.fill_bits() } else { 0 };
+        let fill = if self.keeps_fill() { self.fill_bits() } else { 0 };
         let sections = self.section_words();
         // A cache is no larger than what lies behind it.
         let words = lines.max(sets * ways * line);
@@ -238,6 +254,27 @@ impl Config {
     pub fn lends(&self) -> bool {
         self.shape.allocator == AllocatorKind::Threaded
     }
+    /// Whether SSA entries have a chain's last section.
+    #[inline]
+    pub fn keeps_tail(&self) -> bool {
+        self.shape.link == Link::Tail
+    }
+    /// Whether they have how full the section is into which the pixel's next fragment goes. In all others fragments fill
+    /// every slot.
+    #[inline]
+    pub fn keeps_fill(&self) -> bool {
+        self.shape.link != Link::Walk
+    }
+    /// Whether a chain is read from its newest fragment to its oldest.
+    #[inline]
+    pub fn newest_first(&self) -> bool {
+        self.shape.link == Link::Head
+    }
+    /// Whether sections are counted out, and all given back at once.
+    #[inline]
+    pub fn counts_out(&self) -> bool {
+        self.shape.link == Link::Head
+    }
     /// Bits of an SSA entry's first section.
     #[inline]
     pub fn head_bits(&self) -> u32 {
@@ -246,7 +283,7 @@ impl Config {
     /// Bits of its last section.
     #[inline]
     pub fn tail_bits(&self) -> u32 {
-        if self.shape.tail { self.id_bits() } else { 0 }
+        if self.keeps_tail() { self.id_bits() } else { 0 }
     }
     /// Whether the SSA table lies outside, with a cache on chip.
     #[inline]
@@ -314,7 +351,7 @@ impl Config {
         (1 << self.tail_bits()) - 1
     }
     pub(super) fn fill_mask(&self) -> u64 {
-        if self.shape.tail { (1 << self.fill_bits()) - 1 } else { 0 }
+        if self.keeps_fill() { (1 << self.fill_bits()) - 1 } else { 0 }
     }
     /// Words behind the SSA table's last entry that are in its line.
     #[inline]

@@ -12,9 +12,13 @@
 //! ```
 //! A frame is stored, then read back pixel by pixel. Reading it back gives every section back and sets every
 //! SSA entry that was used to NULL, so that the next frame begins without clearing.
+//!
+//! Where new sections go to the head of a chain ([`Link::Head`](config::Link::Head)) there is no pool: [`count`](mod@count) gives
+//! sections out, and all of them are back once the frame is read back, or what it has stored is cleared.
 
 pub mod answers;
 pub mod config;
+pub mod count;
 pub mod lookup;
 pub mod monitor;
 pub mod nsa;
@@ -32,20 +36,21 @@ pub mod tables;
 pub(crate) mod test_util;
 pub mod walk;
 pub mod weigh;
+pub mod wires;
 
-use crate::allocator::{self, Allocator};
+use crate::allocator::{self, Allocator, Lent};
 use crate::arbiter::{self, Arbiter};
 use crate::table_cache::{self, TableCache};
 use answers::{Answers, Words};
 use config::Config;
-use lookup::Chain;
+use count::Count;
 use nsa::Nsa;
 use occupancy::Occupancy;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::ram::port;
-use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, rtl};
+use pellucid_sim::{Memory, Read, ReadPort, Signals, Stream, rtl};
 use pool::Pool;
 use read_back::ReadBack;
 use sections::Sections;
@@ -53,6 +58,7 @@ use ssa::Ssa;
 use std::marker::PhantomData;
 use store::Store;
 use tables::SsaEntry;
+pub use wires::{Events, Wires};
 
 /// The chains, with allocator `A`.
 pub struct Chains<A>(PhantomData<A>);
@@ -74,8 +80,14 @@ pub struct State<A: Allocator> {
     pub answers: answers::State,
     /// See [`pool`].
     #[with(*cfg)]
+    #[exists(!cfg.counts_out())]
     #[block(Pool<A>)]
     pub pool: pool::State<A>,
+    /// See [`count`].
+    #[with(*cfg)]
+    #[exists(cfg.counts_out())]
+    #[block(Count)]
+    pub count: count::State,
     /// See [`read_back`].
     #[with(*cfg)]
     #[block(ReadBack)]
@@ -123,6 +135,7 @@ pub struct Mem<A: Allocator> {
     pub answers: answers::Mem,
     /// See [`pool`].
     #[block(Pool<A>, *cfg)]
+    #[exists(!cfg.counts_out())]
     pub pool: pool::Mem<A>,
     /// See [`occupancy`].
     #[block(Occupancy, *cfg)]
@@ -142,6 +155,13 @@ pub struct In {
     pub storing: bool,
     /// They are read back.
     pub resolving: bool,
+    /// They begin to be read back. Else that begins as the last one is stored.
+    #[exists(cfg.counts_out())]
+    pub start: bool,
+    /// So many sections may be taken.
+    #[width(cfg.id_bits())]
+    #[exists(cfg.counts_out())]
+    pub limit: u32,
     /// Transparent fragments in arrival order, then the end of the frame.
     #[with(cfg.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
@@ -152,7 +172,8 @@ pub struct In {
     pub arrived_ready: bool,
     /// The frame's last pixel is written.
     pub written: bool,
-    /// A number: what every pixel, or word of the bitmap, of that number has is cleared.
+    /// A number: what every pixel, or word of the bitmap, of that number has is cleared. Where sections are counted out all are
+    /// given back.
     #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
     /// What the outside memory shows.
@@ -168,6 +189,10 @@ pub struct Moore {
     pub ready: bool,
     /// What is cleared is taken.
     pub clear_ready: bool,
+    /// Sections that were asked for, all there are at most.
+    #[width(cfg.id_bits())]
+    #[exists(cfg.counts_out())]
+    pub asked: u32,
     /// Fragments of one pixel after the other, then the end of the frame.
     #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
     pub arrived: Stream<Marked<Arrived>>,
@@ -188,67 +213,6 @@ pub struct Out {
     pub wires: Wires,
 }
 
-/// What can be seen of the chains in a cycle: the streams between their blocks, and what these did.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct Wires {
-    /// Free sections. An offer may be replaced by a better one: see [`pool`].
-    #[with(cfg.id_bits())]
-    pub grant: Handshake<u32>,
-    /// Sections that are given back.
-    #[with(cfg.id_bits())]
-    pub release: Handshake<u32>,
-    /// Pixels to visit.
-    #[with(cfg.screen.pixel_bits())]
-    pub pixel: Handshake<Marked<u32>>,
-    /// Pixels with their chains.
-    #[with(*cfg)]
-    pub chain: Handshake<Marked<Chain>>,
-    /// Fragments that were read back.
-    #[with(cfg.screen.pixel_bits(), cfg.shape.weight_bits)]
-    pub arrived: Handshake<Marked<Arrived>>,
-    /// The port to outside memory.
-    #[with(cfg.port())]
-    #[exists(cfg.port().exists())]
-    pub outside: outside::Wires,
-    /// What happened.
-    pub events: Events,
-}
-
-/// What happened in a cycle, one wire each.
-#[derive(Clone, Copy, Debug, Default, Signals)]
-pub struct Events {
-    /// A fragment was stored.
-    pub stored: bool,
-    /// It was stored in an outside section.
-    pub spilled: bool,
-    /// It was its pixel's first.
-    pub first: bool,
-    /// It took a new section.
-    pub section_taken: bool,
-    /// A fragment found no section.
-    pub dropped: bool,
-    /// A fragment waited for a section.
-    pub waits: bool,
-    /// A stored fragment was read, to be compared with one that came.
-    pub compared: bool,
-    /// A stored fragment's weight was changed.
-    pub weight_changed: bool,
-    /// A chain was begun to be read.
-    pub chain_begun: bool,
-    /// A fragment was read back.
-    pub read: bool,
-    /// It was read in a second pass or later.
-    pub read_again: bool,
-    /// A stored fragment turned out to be hidden.
-    pub culled_late: bool,
-    /// An SSA entry is found in the cache, or on its way there.
-    pub ssa_hit: bool,
-    /// An SSA entry is not.
-    pub ssa_miss: bool,
-    /// An SSA entry goes from the cache to memory.
-    pub ssa_write_back: bool,
-}
-
 type Turns = Arbiter;
 
 #[rtl(
@@ -256,6 +220,7 @@ type Turns = Arbiter;
     check(Chains<allocator::FreeList>, crate::test_util::small(false)),
     check(Chains<allocator::FreeList>, crate::test_util::small_owned(true)),
     check(Chains<allocator::Chosen>, crate::test_util::small_lending()),
+    check(Chains<allocator::Bump>, crate::test_util::small_newest_first()),
     check(Chains<allocator::FreeList>, crate::test_util::small_caching(true, true)),
     check(Chains<allocator::FreeList>, crate::test_util::small_caching(false, false))
 )]
@@ -276,9 +241,14 @@ impl<A: Allocator> Block for Chains<A> {
             ready &= ssa.ready;
             clear_ready = ssa.clear_ready && q.padded == cfg.ssa_padding();
         }
+        let mut asked = 0;
+        if cfg.counts_out() {
+            asked = Count::moore(cfg, &q.count, &()).count;
+        }
         Moore {
             ready,
             clear_ready,
+            asked,
             arrived: ReadBack::moore(cfg, &q.read_back, &m.read_back).arrived,
         }
     }
@@ -323,7 +293,11 @@ impl<A: Allocator> Block for Chains<A> {
         }
         let to_answers = answers::In { oldest, words };
         let word = Answers::next(cfg, &q.answers, &mut d.answers, &mut m.answers, to_answers);
-        let pool = Pool::<A>::moore(cfg, &q.pool, &m.pool);
+        let pool = if cfg.counts_out() {
+            cfg.counted(Count::moore(cfg, &q.count, &()).count, i.limit)
+        } else {
+            Pool::<A>::moore(cfg, &q.pool, &m.pool)
+        };
         let read = ReadBack::moore(cfg, &q.read_back, &m.read_back);
 
         let mut fragment = i.fragment;
@@ -344,9 +318,10 @@ impl<A: Allocator> Block for Chains<A> {
         };
 
         // The read-back is clocked from the end of the store on.
-        let back = if store.frame_stored || i.resolving {
+        let start = if cfg.counts_out() { i.start } else { store.frame_stored };
+        let back = if start || i.resolving {
             let to_read_back = read_back::In {
-                start: store.frame_stored,
+                start,
                 ssa,
                 ssa_ready,
                 nsa,
@@ -437,9 +412,16 @@ impl<A: Allocator> Block for Chains<A> {
                 request = cached.request;
             }
         }
-        let to_pool =
-            allocator::In { take: store.take, release: back.release, word: nsa.data.next };
-        let lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
+        let mut lent = Lent::default();
+        if cfg.counts_out() {
+            let asked = store.take || store.dropped;
+            let to_count = count::In { asked, restart: done || i.clear.valid };
+            Count::next(cfg, &q.count, &mut d.count, &mut (), to_count);
+        } else {
+            let to_pool =
+                allocator::In { take: store.take, release: back.release, word: nsa.data.next };
+            lent = Pool::<A>::next(cfg, &q.pool, &mut d.pool, &mut m.pool, to_pool);
+        }
         let to_nsa = nsa::In { store: store.nsa, chain: back.nsa, lent };
         Nsa::next(cfg, &(), &mut (), &mut m.nsa, to_nsa);
 

@@ -1,6 +1,6 @@
 //! Watches the chains: counts what they do and holds their streams to their rules.
 
-use super::config::{Config, Shape};
+use super::config::{Config, Link, Shape};
 use super::lookup::Chain;
 use super::{State, Wires};
 use crate::allocator::Allocator;
@@ -156,6 +156,22 @@ impl ChainsMonitor {
         Ok(())
     }
 
+    /// What the frame at hand has taken so far: sections, and fragments that were stored.
+    pub fn taken(&self) -> (u64, u64) {
+        (self.frame.sections, self.frame.words + self.frame.outside_words)
+    }
+
+    /// The frame at hand is cleared, and comes again. Its fragments that were stored are no more; it is told how many they were.
+    pub fn discard(&mut self) -> u64 {
+        let (frame, (_, fragments)) = (self.frame, self.taken());
+        self.stored -= fragments;
+        self.spilled -= frame.outside_words;
+        self.own.pixels_stored -= frame.pixels;
+        self.peak = self.peak.max(frame);
+        self.frame = Usage::default();
+        fragments
+    }
+
     fn observe_port(&mut self, wires: &Wires) -> Result<(), Violation> {
         let (e, own) = (&wires.events, &mut self.own);
         own.ssa_hits += u64::from(e.ssa_hit);
@@ -225,9 +241,9 @@ impl ChainsMonitor {
     pub fn set_peaks(&self, cfg: &Config, memories: &mut Memories) {
         let peak = self.peak.max(self.frame);
         // Where tails are kept the last section of a chain has no entry: there is one for each section but a
-        // chain's first.
+        // chain's first. Elsewhere there is one for each.
         let entries = match cfg.shape {
-            Shape { owned: false, tail: true, .. } => peak.sections - peak.pixels,
+            Shape { owned: false, link: Link::Tail, .. } => peak.sections - peak.pixels,
             _ => peak.sections,
         };
         if cfg.caches_ssa() {

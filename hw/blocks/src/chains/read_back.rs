@@ -10,7 +10,8 @@
 //!                                                | ReleaseQueue |--> release
 //!                                                +--------------+
 //! ```
-//! One fragment a cycle from end to end, while all are on chip and no pixel takes a second pass.
+//! One fragment a cycle from end to end, while all are on chip and no pixel takes a second pass. Where sections are counted
+//! out none is released: there is no queue.
 
 use super::config::Config;
 use super::lookup::{self, Chain, Lookup};
@@ -44,6 +45,7 @@ pub struct State {
     pub reader: reader::State,
     /// See [`release`].
     #[with(cfg.release)]
+    #[exists(!cfg.counts_out())]
     #[block(ReleaseQueue)]
     pub release: release::State,
 }
@@ -59,6 +61,7 @@ pub struct Mem {
     pub reader: reader::Mem,
     /// See [`release`].
     #[block(ReleaseQueue, cfg.release)]
+    #[exists(!cfg.counts_out())]
     pub release: release::Mem,
 }
 
@@ -128,6 +131,7 @@ pub struct Out {
     pub depth_read: ReadPort,
     /// A section that is given back; it is always taken.
     #[with(cfg.release.id_bits)]
+    #[exists(!cfg.counts_out())]
     pub release: Stream<u32>,
     /// Pixels to visit.
     #[with(cfg.screen.pixel_bits())]
@@ -146,6 +150,7 @@ pub struct Out {
 #[rtl(
     check(ReadBack, crate::test_util::small(true)),
     check(ReadBack, crate::test_util::small(false)),
+    check(ReadBack, crate::test_util::small_newest_first()),
     check(ReadBack, crate::test_util::small_owned(false))
 )]
 impl Block for ReadBack {
@@ -159,11 +164,11 @@ impl Block for ReadBack {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let reader = ChainReader::moore(cfg, &q.reader, &m.reader);
-        Moore {
-            arrived: reader.arrived,
-            released: ReleaseQueue::moore(&cfg.release, &q.release, &m.release).empty,
-            oldest: reader.oldest,
+        let mut released = true;
+        if !cfg.counts_out() {
+            released = ReleaseQueue::moore(&cfg.release, &q.release, &m.release).empty;
         }
+        Moore { arrived: reader.arrived, released, oldest: reader.oldest }
     }
 
     #[inline(always)]
@@ -177,7 +182,12 @@ impl Block for ReadBack {
             asked.valid &= i.ssa_ready;
         }
         let chain_ready = ChainReader::moore(cfg, &q.reader, &m.reader).ready;
-        let release = ReleaseQueue::moore(&cfg.release, &q.release, &m.release);
+        let (mut release, mut release_ready) = (Stream::idle(), true);
+        if !cfg.counts_out() {
+            let seen = ReleaseQueue::moore(&cfg.release, &q.release, &m.release);
+            release = seen.front;
+            release_ready = seen.ready;
+        }
 
         // From upstream to downstream.
         let to_scan = scan::In {
@@ -194,12 +204,20 @@ impl Block for ReadBack {
             nsa: i.nsa,
             word: i.word,
             arrived_ready: i.arrived_ready,
-            release_ready: release.ready,
+            release_ready,
             outside_ready: i.outside_ready,
         };
         let reader = ChainReader::next(cfg, &q.reader, &mut d.reader, &mut m.reader, to_reader);
-        let to_release = reader.release;
-        ReleaseQueue::next(&cfg.release, &q.release, &mut d.release, &mut m.release, to_release);
+        if !cfg.counts_out() {
+            let to_release = reader.release;
+            ReleaseQueue::next(
+                &cfg.release,
+                &q.release,
+                &mut d.release,
+                &mut m.release,
+                to_release,
+            );
+        }
 
         Out {
             ssa_read: lookup.ssa_read,
@@ -209,7 +227,7 @@ impl Block for ReadBack {
             scan,
             read: reader.read,
             depth_read: lookup.depth_read,
-            release: release.front,
+            release,
             pixel: pixel.with(lookup_ready),
             chain: lookup.chain.with(chain_ready),
             chain_begun: reader.begins,

@@ -15,7 +15,8 @@
 //! Fragments behind the pixel's opaque depth are marked invisible. How often a pixel is read is told by
 //! [`Passes`]. With passes of K fragments, one with more than K is read until the receiver has had every
 //! visible one: `ceil(visible / K)` passes, one at least; then its sections are released in a walk of their
-//! own. Any other pixel's sections are released as they are read. A section that its pixel owns stays.
+//! own. Any other pixel's sections are released as they are read. A section that its pixel owns stays, and where they are counted
+//! out none is released here.
 
 use super::config::{Config, Passes};
 use super::lookup::Chain;
@@ -142,6 +143,7 @@ pub struct Out {
     pub read_again: bool,
     /// A section that is done with.
     #[with(cfg.release)]
+    #[exists(!cfg.counts_out())]
     pub release: release::In,
     /// The chain at hand is a new one.
     pub begins: bool,
@@ -196,9 +198,22 @@ impl Config {
     }
 }
 
+#[rtl]
+impl Config {
+    /// Where the fragment is that is read first of a chain.
+    #[inline(always)]
+    fn first_place(&self, chain: Chain) -> Place {
+        Place {
+            section: self.first_section(chain.pixel, chain.entry),
+            slot: self.first_slot(chain.entry),
+        }
+    }
+}
+
 #[rtl(
     check(ChainReader, crate::test_util::small(true)),
     check(ChainReader, crate::test_util::small(false)),
+    check(ChainReader, crate::test_util::small_newest_first()),
     check(ChainReader, crate::test_util::small_owned(false)),
     check(ChainReader, crate::test_util::small_owned(true))
 )]
@@ -291,10 +306,10 @@ impl Block for ChainReader {
 
         // What follows the section at hand? Where tails are kept the SSA entry knows the last one.
         let entry = q.chain.entry;
-        let is_tail = cfg.shape.tail && q.place.section == entry.tail;
+        let is_tail = cfg.keeps_tail() && q.place.section == entry.tail;
         let (next, fill) = if is_tail {
             (cfg.null, entry.fill)
-        } else if cfg.shape.tail {
+        } else if cfg.keeps_fill() {
             (i.nsa.data.next, cfg.shape.capacity)
         } else {
             (i.nsa.data.next, i.nsa.data.fill)
@@ -310,7 +325,8 @@ impl Block for ChainReader {
                 let room = pending.count + waiting < cfg.shape.reads_in_flight;
                 let outside = cfg.is_outside(q.place.section);
                 if room && i.release_ready && (i.outside_ready || !outside) {
-                    let more_here = q.place.slot + 1 < fill;
+                    let more_here =
+                        if cfg.newest_first() { q.place.slot > 0 } else { q.place.slot + 1 < fill };
                     let last = !more_here && next == cfg.null;
                     let shallow = once || q.position < depth;
                     o.read = Stream::offer(q.place);
@@ -322,14 +338,19 @@ impl Block for ChainReader {
                         outside,
                     });
                     d.position = q.position + 1;
-                    if !more_here && !q.again && shallow && q.place.section >= cfg.owned {
+                    let done = !more_here && !q.again && shallow && !cfg.counts_out();
+                    if done && q.place.section >= cfg.owned {
                         o.release.push = Stream::offer(q.place.section);
                         o.release.commit = once;
                     }
                     if more_here {
-                        d.place.slot = q.place.slot + 1;
+                        d.place.slot = if cfg.newest_first() {
+                            q.place.slot.saturating_sub(1)
+                        } else {
+                            q.place.slot + 1
+                        };
                     } else if !last {
-                        d.place = Place { section: next, slot: 0 };
+                        d.place = Place { section: next, slot: cfg.next_first_slot() };
                     } else if q.again || !shallow {
                         o.release.abort = !q.again;
                         d.fsm = Fsm::Settle;
@@ -343,7 +364,8 @@ impl Block for ChainReader {
                 if nothing_under_way {
                     d.again = q.left > 0;
                     d.fsm = if q.left > 0 { Fsm::Read } else { Fsm::Release };
-                    d.place = Place { section: cfg.first_section(q.chain.pixel, entry), slot: 0 };
+                    begin = cfg.counts_out() && q.left == 0;
+                    d.place = cfg.first_place(q.chain);
                     d.position = 0;
                 }
             }
@@ -372,7 +394,7 @@ impl Block for ChainReader {
                 o.begins = true;
                 d.fsm = Fsm::Read;
                 d.chain = chain;
-                d.place = Place { section: cfg.first_section(chain.pixel, chain.entry), slot: 0 };
+                d.place = cfg.first_place(chain);
                 d.position = 0;
                 d.again = false;
             } else if front.valid && q.fsm == Fsm::Idle && nothing_under_way {
@@ -384,7 +406,7 @@ impl Block for ChainReader {
         // A section that comes to hand is looked up in the NSA table, unless it is known as the last.
         let enters = d.fsm == Fsm::Read || d.fsm == Fsm::Release;
         let moved = d.place.section != q.place.section || begin || q.fsm == Fsm::Settle;
-        if enters && moved && !(cfg.shape.tail && d.place.section == d.chain.entry.tail) {
+        if enters && moved && !(cfg.keeps_tail() && d.place.section == d.chain.entry.tail) {
             o.nsa.read(d.place.section);
         }
 

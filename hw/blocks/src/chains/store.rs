@@ -1,4 +1,4 @@
-//! The store unit: puts each transparent fragment at the end of its pixel's chain.
+//! The store unit: puts each transparent fragment at the end of its pixel's chain where new ones go.
 //!
 //! ```text
 //!                  +-------+
@@ -12,6 +12,9 @@
 //! and how full it is. Else (seed 000, Figure 4) the entry names the first section, and
 //! the unit reads the NSA table section by section: a fragment whose chain has `c` sections takes
 //! `c + 1` cycles, `c + 2` if it needs a new one behind them.
+//!
+//! Where new sections go before the first one the entry names that and how full it is, and again it is one fragment a cycle: a
+//! new section's NSA entry gets the number of the one that was first, NULL if there was none.
 //!
 //! Where each pixel owns a section, its first fragments go there. Where weights are kept in memory, a
 //! fragment is compared with all that its pixel has before it goes to its place: see [`weigh`].
@@ -162,6 +165,7 @@ fn queue(cfg: &Config) -> fifo::Config<pellucid_machine::pixel::Screen> {
 #[rtl(
     check(Store, crate::test_util::small(true)),
     check(Store, crate::test_util::small(false)),
+    check(Store, crate::test_util::small_newest_first()),
     check(Store, crate::test_util::small_owned(false)),
     check(Store, crate::test_util::small_owned(true)),
     check(Store, crate::test_util::small_caching(true, true))
@@ -202,11 +206,11 @@ impl Block for Store {
         let at_hand = pixel_at_hand && cfg.is_there(i.ssa);
 
         // Where does the fragment go? To a slot that the pixel has, or into a new section: its first,
-        // or one behind its last.
+        // or one beside its newest.
         let mut slot: Stream<Place> = Stream::idle();
         let mut owns = false;
         let mut needs_first = false;
-        let mut behind: Stream<u32> = Stream::idle();
+        let mut beside: Stream<u32> = Stream::idle();
         let mut linked = false;
         let empty = cfg.is_null(i.ssa.data);
         if at_hand {
@@ -216,14 +220,17 @@ impl Block for Store {
                     if empty {
                         owns = cfg.shape.owned;
                         needs_first = !cfg.shape.owned;
-                    } else if !cfg.shape.tail {
+                    } else if !cfg.keeps_fill() {
                         o.nsa.read(head);
                         d.at = head;
                         d.fsm = Fsm::Walk;
-                    } else if fill < cfg.shape.capacity {
-                        slot = Stream::offer(Place { section: tail, slot: fill });
                     } else {
-                        behind = Stream::offer(tail);
+                        let newest = if cfg.keeps_tail() { tail } else { head };
+                        if fill < cfg.shape.capacity {
+                            slot = Stream::offer(Place { section: newest, slot: fill });
+                        } else {
+                            beside = Stream::offer(newest);
+                        }
                     }
                 }
                 Fsm::Walk => {
@@ -234,7 +241,7 @@ impl Block for Store {
                     } else if fill < cfg.shape.capacity {
                         slot = Stream::offer(Place { section: q.at, slot: fill });
                     } else {
-                        behind = Stream::offer(q.at);
+                        beside = Stream::offer(q.at);
                     }
                 }
                 Fsm::Link => {
@@ -245,7 +252,7 @@ impl Block for Store {
         }
 
         // Is a section to be had where one is needed?
-        let needs = needs_first || behind.valid;
+        let needs = needs_first || beside.valid;
         o.dropped = needs && !i.grant.valid && i.exhausted;
 
         // What is to be compared with the pixel's other fragments waits for that.
@@ -269,7 +276,7 @@ impl Block for Store {
         if slot.valid && !weighing && to_slot {
             o.place = slot;
             let fill = slot.payload.slot + 1;
-            if cfg.shape.tail {
+            if cfg.keeps_fill() {
                 o.ssa_write.write(pixel, SsaEntry { fill, ..i.ssa.data });
             } else {
                 o.nsa.write(slot.payload.section, NsaEntry { next: cfg.null, fill });
@@ -278,22 +285,28 @@ impl Block for Store {
             let new = if owns { pixel } else { i.grant.payload };
             let head = if cfg.shape.owned { 0 } else { new };
             o.place = Stream::offer(Place { section: new, slot: 0 });
-            if o.first {
-                if cfg.shape.tail {
+            if cfg.newest_first() {
+                // What the first one is linked to is NULL.
+                o.ssa_write.write(pixel, SsaEntry { head, tail: 0, fill: 1 });
+                o.nsa.write(new, NsaEntry { next: i.ssa.data.head, fill: 0 });
+            } else if o.first {
+                if cfg.keeps_tail() {
                     o.ssa_write.write(pixel, SsaEntry { head, tail: new, fill: 1 });
                 } else {
                     o.ssa_write.write(pixel, SsaEntry { head, tail: 0, fill: 0 });
                     o.nsa.write(new, NsaEntry { next: cfg.null, fill: 1 });
                 }
-                o.occupancy_set = Stream::offer(pixel);
-            } else if cfg.shape.tail {
+            } else if cfg.keeps_tail() {
                 o.ssa_write.write(pixel, SsaEntry { tail: new, fill: 1, ..i.ssa.data });
-                o.nsa.write(behind.payload, NsaEntry { next: new, fill: 0 });
+                o.nsa.write(beside.payload, NsaEntry { next: new, fill: 0 });
             } else {
-                o.nsa.write(behind.payload, NsaEntry { next: new, fill: cfg.shape.capacity });
+                o.nsa.write(beside.payload, NsaEntry { next: new, fill: cfg.shape.capacity });
                 d.at = new;
                 d.fsm = Fsm::Link;
                 linking = true;
+            }
+            if o.first {
+                o.occupancy_set = Stream::offer(pixel);
             }
         }
         if cfg.weighs() {

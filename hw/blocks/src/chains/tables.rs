@@ -16,8 +16,9 @@ pub struct SsaEntry {
     /// only if tails are kept.
     #[width(cfg.tail_bits())]
     pub tail: u32,
-    /// Fragments in the last section, likewise.
-    #[width(if cfg.shape.tail { cfg.fill_bits() } else { 0 })]
+    /// Fragments in the last section, or in the first where new ones go before it. The table has it only if one of the two is
+    /// so.
+    #[width(if cfg.keeps_fill() { cfg.fill_bits() } else { 0 })]
     pub fill: u32,
 }
 
@@ -57,6 +58,16 @@ impl Config {
     pub fn first_section(&self, pixel: u32, entry: SsaEntry) -> u32 {
         if self.shape.owned { pixel } else { entry.head }
     }
+    /// The slot of the fragment that is read first of a pixel with fragments.
+    #[inline(always)]
+    pub fn first_slot(&self, entry: SsaEntry) -> u32 {
+        if self.newest_first() { entry.fill.saturating_sub(1) } else { 0 }
+    }
+    /// The same of every section but the pixel's first.
+    #[inline(always)]
+    pub fn next_first_slot(&self) -> u32 {
+        if self.newest_first() { self.shape.capacity - 1 } else { 0 }
+    }
 }
 
 /// A word of the NSA (next-section address) table: what follows a section.
@@ -66,8 +77,8 @@ pub struct NsaEntry {
     /// the SSA table knows it.
     #[width(cfg.id_bits())]
     pub next: u32,
-    /// Fragments in this section. If tails are kept the table does not have it.
-    #[width(if cfg.shape.tail { 0 } else { cfg.fill_bits() })]
+    /// Fragments in this section. If SSA entries tell how full a section is the table does not have it.
+    #[width(if cfg.keeps_fill() { 0 } else { cfg.fill_bits() })]
     pub fill: u32,
 }
 

@@ -1,14 +1,14 @@
 //! Chains as the store unit leaves them, for the tests of blocks that read them: what is in which table, and
 //! what must come of it.
 
-use super::config::Config;
+use super::config::{Config, Link};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use crate::test_util::edge;
 use pellucid_machine::pixel::{Arrived, Marked};
 use pellucid_sim::{Label, Ram1RW, Read};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A pixel: the depths of its fragments in the order of its chain, and its opaque depth.
+/// A pixel: the depths of its fragments in the order of their arrival, and its opaque depth.
 #[derive(Clone, Debug)]
 pub struct Pixel {
     pub layers: Vec<u32>,
@@ -39,13 +39,17 @@ pub fn meaning(arrived: Marked<Arrived>) -> Marked<Arrived> {
 }
 
 /// What must arrive: each pixel's chain in order, pass after pass, then the end.
-pub fn reference(pixels: &[Pixel], k: u32) -> Vec<Marked<Arrived>> {
+pub fn reference(pixels: &[Pixel], k: u32, link: Link) -> Vec<Marked<Arrived>> {
     let mut arrived = vec![];
     for (number, pixel) in pixels.iter().enumerate() {
         let passes = if pixel.layers.is_empty() { 0 } else { pixel.passes(k) };
         for pass in 1..=passes {
-            for (layer, &z) in pixel.layers.iter().enumerate() {
-                let last = layer + 1 == pixel.layers.len();
+            let mut layers: Vec<(usize, u32)> = pixel.layers.iter().copied().enumerate().collect();
+            if link == Link::Head {
+                layers.reverse();
+            }
+            for (at, &(layer, z)) in layers.iter().enumerate() {
+                let last = at + 1 == layers.len();
                 arrived.push(Marked::item(Arrived {
                     pixel: number as u32,
                     z,
@@ -94,13 +98,15 @@ impl Stored {
                     stored.words.put(Place { section: own[at], slot: slot as u32 }, word);
                     layer += 1;
                 }
+                let before = at.checked_sub(1).map_or(cfg.null, |at| own[at]);
                 let next = own.get(at + 1).copied().unwrap_or(cfg.null);
                 let fill = group.len() as u32;
                 // The last section of a chain has an entry only where the SSA table knows no tail.
-                if !cfg.shape.tail {
-                    stored.nsa.write(own[at], NsaEntry { next, fill });
-                } else if next != cfg.null {
-                    stored.nsa.write(own[at], NsaEntry { next, fill: 0 });
+                match cfg.shape.link {
+                    Link::Walk => stored.nsa.write(own[at], NsaEntry { next, fill }),
+                    Link::Tail if next == cfg.null => {}
+                    Link::Tail => stored.nsa.write(own[at], NsaEntry { next, fill: 0 }),
+                    Link::Head => stored.nsa.write(own[at], NsaEntry { next: before, fill: 0 }),
                 }
                 edge(&mut stored.nsa);
             }
@@ -108,11 +114,10 @@ impl Stored {
                 [] => (cfg.null, None),
                 [head, ..] => (head, own.last()),
             };
-            stored.entries.push(match last {
-                Some(&tail) if cfg.shape.tail => {
-                    let fill = (pixel.layers.len() as u32 - 1) % cfg.shape.capacity + 1;
-                    SsaEntry { head, tail, fill }
-                }
+            let fill = (pixel.layers.len() as u32).wrapping_sub(1) % cfg.shape.capacity + 1;
+            stored.entries.push(match (last, cfg.shape.link) {
+                (Some(&tail), Link::Tail) => SsaEntry { head, tail, fill },
+                (Some(&newest), Link::Head) => SsaEntry { head: newest, tail: 0, fill },
                 _ => SsaEntry { head, tail: 0, fill: 0 },
             });
             stored.used.extend(own);

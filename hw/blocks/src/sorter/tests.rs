@@ -14,22 +14,33 @@ fn colour(pixel: usize, layer: usize) -> u32 {
     (pixel as u32) << 16 | layer as u32
 }
 
+fn sorter(depth: u32, newest_first: bool) -> Config {
+    Config {
+        depth,
+        pixel_bits: bits_for((PIXELS - 1).into()),
+        layer_bits: bits_for(LAYERS.into()),
+        newest_first,
+    }
+}
+
 /// The frame as the reader of the chains sends it: each pixel in `ceil(visible / depth)` passes, at
-/// least one.
-fn passes(depth: u32, pixels: &[Vec<Layer>]) -> Vec<Marked<Arrived>> {
+/// least one. Layers are given in the order of their arrival.
+fn passes(cfg: Config, pixels: &[Vec<Layer>]) -> Vec<Marked<Arrived>> {
     let mut frame = vec![];
     for (pixel, layers) in pixels.iter().enumerate() {
         let visible = layers.iter().filter(|layer| layer.1).count() as u32;
-        let count = visible.div_ceil(depth).max(1);
+        let count = visible.div_ceil(cfg.depth).max(1);
         for pass in 0..count {
-            for (k, &(z, visible)) in layers.iter().enumerate() {
+            for at in 0..layers.len() {
+                let k = if cfg.newest_first { layers.len() - 1 - at } else { at };
+                let (z, visible) = layers[k];
                 frame.push(Marked::item(Arrived {
                     pixel: pixel as u32,
                     z,
                     rgba: colour(pixel, k),
                     weight: 0,
                     visible,
-                    last: k + 1 == layers.len(),
+                    last: at + 1 == layers.len(),
                     last_pass: pass + 1 == count,
                     label: label(pixel, k),
                 }));
@@ -65,16 +76,11 @@ fn reference(pixels: &[Vec<Layer>]) -> Vec<Marked<Sorted>> {
 
 /// Sorts `frames` one after the other; gives what came out, with its cycles.
 fn play(
-    depth: u32,
+    cfg: Config,
     frames: &[Vec<Marked<Arrived>>],
     starts: Pattern,
     ready: &Pattern,
 ) -> Vec<(u64, Marked<Sorted>)> {
-    let cfg = Config {
-        depth,
-        pixel_bits: bits_for((PIXELS - 1).into()),
-        layer_bits: bits_for(LAYERS.into()),
-    };
     let mut sim = Sim::<Sorter>::new(cfg);
     let mut source = Source::new(frames.concat(), starts);
     let mut monitor = StreamMonitor::new("sorted", "Sorter", "test");
@@ -103,23 +109,25 @@ fn items(out: Vec<(u64, Marked<Sorted>)>) -> Vec<Marked<Sorted>> {
     out.into_iter().map(|(_, item)| item).collect()
 }
 
-fn free_running(depth: u32, pixels: &[Vec<Layer>]) -> Vec<(u64, Marked<Sorted>)> {
-    play(depth, &[passes(depth, pixels)], Pattern::always(), &Pattern::always())
+fn free_running(cfg: Config, pixels: &[Vec<Layer>]) -> Vec<(u64, Marked<Sorted>)> {
+    play(cfg, &[passes(cfg, pixels)], Pattern::always(), &Pattern::always())
 }
 
 #[test]
 fn far_to_near_and_equal_depths_as_they_came() {
     let layers = vec![(5, true), (9, true), (5, true), (7, false), (9, true)];
-    let order: Vec<u32> =
-        items(free_running(8, &[layers])).iter().map(|s| s.item.rgba).take(4).collect();
-    assert_eq!(order, [1, 4, 0, 2]);
+    for newest_first in [false, true] {
+        let sorted = items(free_running(sorter(8, newest_first), std::slice::from_ref(&layers)));
+        let order: Vec<u32> = sorted.iter().map(|s| s.item.rgba).take(4).collect();
+        assert_eq!(order, [1, 4, 0, 2]);
+    }
 }
 
 #[test]
 fn one_depth_over_several_passes() {
     let pixels = [vec![(3, true); 7], vec![(3, true); 2], vec![(3, true); 4]];
-    for depth in 1..=4 {
-        assert_eq!(items(free_running(depth, &pixels)), reference(&pixels), "K = {depth}");
+    for cfg in (1..=4).flat_map(|depth| [sorter(depth, false), sorter(depth, true)]) {
+        assert_eq!(items(free_running(cfg, &pixels)), reference(&pixels), "{cfg:?}");
     }
 }
 
@@ -127,17 +135,18 @@ fn one_depth_over_several_passes() {
 fn a_pixel_of_which_nothing_is_seen_gives_nothing() {
     let hidden = vec![(1, false); 3];
     let pixels = [hidden.clone(), vec![(2, true)], hidden.clone(), hidden];
-    assert_eq!(items(free_running(2, &pixels)), reference(&pixels));
+    assert_eq!(items(free_running(sorter(2, false), &pixels)), reference(&pixels));
 }
 
 #[test]
 fn a_stalled_receiver_gets_the_pixel_before_a_hidden_one_unchanged() {
     // The hidden pixel is closed while the one before it still waits, and the next is not begun.
     let pixels = [vec![(2, true), (1, true)], vec![(1, false)], vec![(4, true)]];
-    let frame = passes(4, &pixels);
+    let cfg = sorter(4, false);
+    let frame = passes(cfg, &pixels);
     for late in 1..12 {
         let cycles: Vec<bool> = (0..=late).map(|cycle| cycle == late).collect();
-        let out = play(4, std::slice::from_ref(&frame), Pattern::always(), &Pattern::of(cycles));
+        let out = play(cfg, std::slice::from_ref(&frame), Pattern::always(), &Pattern::of(cycles));
         assert_eq!(items(out), reference(&pixels), "taken every {} cycles", late + 1);
     }
 }
@@ -168,16 +177,16 @@ fn passes_of(depth: u32, layers: &[u32]) -> Vec<(u32, u32)> {
     layers.iter().flat_map(of).collect()
 }
 
-fn leaves_on_time(depth: u32, layers: &[u32]) -> Result<(), TestCaseError> {
+fn leaves_on_time(cfg: Config, layers: &[u32]) -> Result<(), TestCaseError> {
     let pixel = |n: &u32| (0..*n).map(|z| (z * 7 % 5, true)).collect();
     let pixels: Vec<Vec<Layer>> = layers.iter().map(pixel).collect();
-    let out = free_running(depth, &pixels);
+    let out = free_running(cfg, &pixels);
     let cycles: Vec<u64> = out.iter().map(|(cycle, _)| *cycle).collect();
     prop_assert_eq!(
         cycles,
-        leaving_cycles(&passes_of(depth, layers)),
-        "K = {}, {:?}",
-        depth,
+        leaving_cycles(&passes_of(cfg.depth, layers)),
+        "{:?}, {:?}",
+        cfg,
         layers
     );
     Ok(())
@@ -188,7 +197,7 @@ fn leaves_on_time(depth: u32, layers: &[u32]) -> Result<(), TestCaseError> {
 fn pixels_pass_at_one_fragment_a_cycle() {
     for layers in [vec![1; 40], vec![3; 20], vec![1, 4, 2, 8, 1, 1, 5, 8, 3, 2, 2, 7]] {
         for depth in [1, 2, 3, 4, 8, 16] {
-            leaves_on_time(depth, &layers).unwrap();
+            leaves_on_time(sorter(depth, false), &layers).unwrap();
         }
     }
 }
@@ -198,7 +207,8 @@ fn a_pass_closes_while_the_one_before_leaves() {
     // 12 fragments through K = 4: three passes of 12, which come in in cycles 0 to 11, 12 to 23 and 24 to 35. Of each
     // the four farthest leave in the cycles after.
     let pixel: Vec<Layer> = (0..12).map(|z| (z, true)).collect();
-    let cycles: Vec<u64> = free_running(4, &[pixel]).iter().map(|(cycle, _)| *cycle).collect();
+    let cycles: Vec<u64> =
+        free_running(sorter(4, false), &[pixel]).iter().map(|(cycle, _)| *cycle).collect();
     assert_eq!(cycles, [12, 13, 14, 15, 24, 25, 26, 27, 36, 37, 38, 39, 40]);
 }
 
@@ -207,24 +217,28 @@ proptest! {
     #[test]
     fn deep_pixels_are_exact(
         depth in prop_oneof![Just(1u32), Just(5u32), Just(64u32)],
+        newest_first in any::<bool>(),
         layers in proptest::collection::vec((0u32..12, prop::bool::weighted(0.9)), 130..300),
     ) {
         let pixels = [layers];
-        prop_assert_eq!(items(free_running(depth, &pixels)), reference(&pixels));
+        let cfg = sorter(depth, newest_first);
+        prop_assert_eq!(items(free_running(cfg, &pixels)), reference(&pixels));
     }
     /// Pixels of any number of layers, one after the other, whatever the receiver does.
     #[test]
     fn pixels_are_exact_and_on_time(
         depth in 1u32..9,
+        newest_first in any::<bool>(),
         layers in proptest::collection::vec(1u32..20, 1..12),
         starts in pattern(),
         ready in pattern(),
     ) {
-        leaves_on_time(depth, &layers)?;
+        let cfg = sorter(depth, newest_first);
+        leaves_on_time(cfg, &layers)?;
         let pixel = |n: &u32| (0..*n).map(|z| (z * 7 % 5, z % 4 > 0)).collect();
         let pixels: Vec<Vec<Layer>> = layers.iter().map(pixel).collect();
-        let frame = passes(depth, &pixels);
-        let out = play(depth, &[frame.clone(), frame], starts, &ready);
+        let frame = passes(cfg, &pixels);
+        let out = play(cfg, &[frame.clone(), frame], starts, &ready);
         let once = reference(&pixels);
         prop_assert_eq!(items(out), [once.clone(), once].concat());
     }
@@ -233,5 +247,5 @@ proptest! {
 #[test]
 #[should_panic(expected = "the depth of a sorter is 65: expected 1 to 64")]
 fn a_depth_beyond_its_registers_is_none() {
-    Sorter::reset(&Config { depth: 65, pixel_bits: 4, layer_bits: 4 });
+    Sorter::reset(&sorter(65, false));
 }

@@ -91,6 +91,7 @@ impl Config {
             depth: self.sorter_depth,
             pixel_bits: PIXEL_BITS,
             layer_bits: bits_for(u64::from(self.line_primitives) + 1),
+            newest_first: false,
         }
     }
     fn opaque(&self) -> fifo::Config<()> {

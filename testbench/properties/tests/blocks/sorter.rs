@@ -132,7 +132,7 @@ fn a_register_that_is_too_narrow_is_found() {
 fn a_failure_is_short_and_has_its_waveform() {
     let (message, folder) = found::found::<Model<Wrong<TIES>>>();
     let expected = format!(
-        "broken in cycle 2: fragments of one depth leave in the order in which they came: fragment 1 of \
+        "broken in cycle 2: fragments of one depth leave from the oldest to the newest: fragment 1 of \
          pixel 0 (last) came where fragment 0 of pixel 0 is due\n\
          its waveform: gtkwave {}\n\
          K = 2, frame [0 0], cycle by cycle:\n     \

@@ -1,5 +1,6 @@
 use super::*;
 use crate::array::config::Shape;
+use crate::chains::config::Link;
 use crate::chains::test_util::{Pixel, Stored, meaning, reference};
 use crate::test_util::{Pattern, Source, arrays, edge, holding, pattern, screen};
 use pellucid_sim::{ReadDuringWrite, Sim, StreamMonitor};
@@ -131,7 +132,7 @@ proptest! {
         let timing = Timing { starts, arrived_ready, outside_ready };
         let Seen { arrivals, again, culled } = read(shape, &pixels, first, &timing);
         prop_assert_eq!(culled, 0);
-        let expected = reference(&pixels, depth);
+        let expected = reference(&pixels, depth, Link::Tail);
         prop_assert_eq!(again, expected.len() - 1 - total);
         let arrivals: Vec<_> = arrivals.into_iter().map(|(_, arrived)| arrived).collect();
         prop_assert_eq!(arrivals, expected);
@@ -164,7 +165,7 @@ proptest! {
         let (starts, arrived_ready, outside_ready) = patterns;
         let timing = Timing { starts, arrived_ready, outside_ready };
         let Seen { arrivals, again, culled } = read(shape, &pixels, first, &timing);
-        let expected = reference(&pixels, depth);
+        let expected = reference(&pixels, depth, Link::Tail);
         prop_assert_eq!(again, expected.len() - 1 - total);
         let hidden = |pixel: &Pixel| pixel.layers.len() - pixel.visible() as usize;
         prop_assert_eq!(culled, pixels.iter().map(hidden).sum::<usize>());

@@ -1,15 +1,17 @@
 use super::*;
-use crate::chains::config::Shape;
+use crate::chains::config::{Link, Shape};
 use crate::chains::tables::SsaEntry;
 use crate::chains::test_util::{Pixel, Stored, meaning, reference};
 use crate::test_util::{Pattern, Source, edge, pattern, screen, shape, traffic};
 use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
+use proptest::sample::select;
 use std::collections::{BTreeSet, VecDeque};
 
 const ON_CHIP: u32 = 60;
 const OUTSIDE: u32 = 60;
 const NULL: u32 = ON_CHIP + OUTSIDE;
+const LINKS: [Link; 3] = [Link::Walk, Link::Tail, Link::Head];
 
 /// The reader beside models of what it reads, and of the release queue.
 struct Bench {
@@ -155,16 +157,16 @@ fn pixel_of(count: u32) -> Pixel {
 
 #[test]
 fn one_fragment_a_cycle_across_sections_and_pixels() {
-    for tail in [false, true] {
+    for link in LINKS {
         for capacity in 1..=4 {
-            let shape = Shape { tail, capacity, ..shape() };
+            let shape = Shape { link, capacity, ..shape() };
             let pixels: Vec<Pixel> = [1, 1, 1, 5, 2, 4, 8, 1, 3, 3].map(pixel_of).to_vec();
             let sections: Vec<u32> = (0..ON_CHIP).rev().collect();
             let seen = Bench::new(shape, &pixels, &sections).read(&Timing::free_running());
             let first = seen.arrived[0].0;
             let cycles: Vec<u64> = seen.arrived.iter().map(|(c, _)| *c).take(29).collect();
             let expected: Vec<u64> = (first..first + 29).collect();
-            assert_eq!(cycles, expected, "tail {tail}, L = {capacity}");
+            assert_eq!(cycles, expected, "{link:?}, L = {capacity}");
         }
     }
 }
@@ -233,7 +235,7 @@ proptest! {
     fn behaves_as_plain_passes_over_lists(
         pixels in proptest::collection::vec(pixel(), 0..8),
         sections in Just((0..NULL).collect::<Vec<u32>>()).prop_shuffle(),
-        walk in any::<bool>(),
+        link in select(&LINKS),
         section_capacity in 1u32..=4,
         sorter_depth in 1u32..=6,
         outside_latency in 1u32..=20,
@@ -241,7 +243,7 @@ proptest! {
         timing in timing(),
     ) {
         let shape = Shape {
-            tail: !walk,
+            link,
             capacity: section_capacity,
             passes: Passes::Each(sorter_depth),
             outside_latency,
@@ -252,18 +254,25 @@ proptest! {
         let (nsa_reads, _) = traffic(&mut bench.stored.nsa);
         let seen = bench.read(&timing);
         // Each pass reads the NSA entry of each section once, and so does the releasing walk of a
-        // pixel that does not fit the sorter. With `tail` a chain's last section has none.
-        let walks = |p: &Pixel| p.passes(sorter_depth) + u32::from(p.layers.len() as u32 > sorter_depth);
-        let entries = |p: &Pixel| (p.layers.len() as u32).div_ceil(section_capacity) - u32::from(!walk);
+        // pixel that does not fit the sorter, where sections are released. With kept tails a chain's last section has none.
+        let releases = link != Link::Head;
+        let deep = |p: &Pixel| p.layers.len() as u32 > sorter_depth;
+        let walks = |p: &Pixel| p.passes(sorter_depth) + u32::from(deep(p) && releases);
+        let last = u32::from(link == Link::Tail);
+        let entries = |p: &Pixel| (p.layers.len() as u32).div_ceil(section_capacity) - last;
         let expected: u32 = pixels.iter().map(|p| walks(p) * entries(p)).sum();
         prop_assert_eq!(traffic(&mut bench.stored.nsa).0 - nsa_reads, u64::from(expected));
-        let expected = reference(&pixels, sorter_depth);
+        let expected = reference(&pixels, sorter_depth, link);
         prop_assert_eq!(arrivals(&seen), expected.clone());
         prop_assert_eq!(arrivals(&bench.read(&timing)), expected, "the second frame");
         let (mut released, mut used) = (seen.released, bench.stored.used);
         released.sort();
         used.sort();
-        prop_assert_eq!(released, used, "each section is released once");
+        if releases {
+            prop_assert_eq!(released, used, "each section is released once");
+        } else {
+            prop_assert_eq!(released, vec![], "none is released");
+        }
         let fragments: usize = pixels.iter().map(|p| p.layers.len()).sum();
         prop_assert_eq!(seen.begun, pixels.len());
         prop_assert_eq!(seen.read - seen.read_again, fragments);

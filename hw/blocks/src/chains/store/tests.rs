@@ -1,17 +1,19 @@
 use super::*;
-use crate::chains::config::Shape;
+use crate::chains::config::{Link, Shape};
 use crate::test_util::{Pattern, Source, contents, edge, holding, pattern, screen, shape, traffic};
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{Ram1R1W, Ram1RW, ReadDuringWrite, Sim};
 use proptest::prelude::*;
+use proptest::sample::select;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 const SECTIONS: u32 = 40;
 const SCREEN: (u32, u32) = (10, 7);
+const LINKS: [Link; 3] = [Link::Walk, Link::Tail, Link::Head];
 
-fn config(tail: bool, capacity: u32) -> Config {
+fn config(link: Link, capacity: u32) -> Config {
     let half = SECTIONS / 2;
-    let shape = Shape { on_chip: half, outside: half, capacity, tail, ..shape() };
+    let shape = Shape { on_chip: half, outside: half, capacity, link, ..shape() };
     Config::new(screen(SCREEN.0, SCREEN.1), shape)
 }
 
@@ -128,7 +130,7 @@ impl Bench {
         self.nsa.q().data
     }
 
-    /// Every pixel's fragments as the tables have them.
+    /// Every pixel's fragments in the order of their arrival, as the tables have them.
     fn chains(&mut self) -> Vec<Vec<Word>> {
         let cfg = *self.sim.config();
         let entries = contents(&mut self.ssa, cfg.screen.pixels());
@@ -136,17 +138,30 @@ impl Bench {
         for entry in entries {
             let (mut chain, mut section) = (vec![], entry.head);
             while section != SECTIONS {
-                let (next, fill) = if cfg.shape.tail && section == entry.tail {
+                let newest_first = cfg.shape.link == Link::Head;
+                let (next, fill) = if cfg.shape.link == Link::Tail && section == entry.tail {
                     (SECTIONS, entry.fill)
                 } else {
                     let NsaEntry { next, fill } = self.next_section(section);
-                    (next, if cfg.shape.tail { cfg.shape.capacity } else { fill })
+                    match cfg.shape.link {
+                        Link::Walk => (next, fill),
+                        Link::Head if section == entry.head => (next, entry.fill),
+                        Link::Tail | Link::Head => (next, cfg.shape.capacity),
+                    }
                 };
+                let may_have_holes =
+                    if newest_first { section == entry.head } else { next == SECTIONS };
                 assert!(
-                    next == SECTIONS || fill == cfg.shape.capacity,
+                    may_have_holes || fill == cfg.shape.capacity,
                     "section {section} has a hole"
                 );
-                chain.extend((0..fill).map(|slot| self.sections[&(section, slot)]));
+                let words: Vec<Word> =
+                    (0..fill).map(|slot| self.sections[&(section, slot)]).collect();
+                if newest_first {
+                    chain.splice(0..0, words);
+                } else {
+                    chain.extend(words);
+                }
                 section = next;
             }
             chains.push(chain);
@@ -165,22 +180,28 @@ fn all_sections() -> Vec<u32> {
 }
 
 #[test]
-fn tail_stores_one_fragment_a_cycle_same_pixel_or_not() {
-    for capacity in 1..=4 {
+fn where_the_entry_tells_the_fill_one_fragment_a_cycle_is_stored_same_pixel_or_not() {
+    for (link, capacity) in
+        [Link::Tail, Link::Head].into_iter().flat_map(|link| (1..=4).map(move |l| (link, l)))
+    {
         let mut fragments = same_pixel(10);
         fragments.extend((0..10).map(|k| (k % 2 * 30, Word { z: k, rgba: k, ..Word::default() })));
-        let mut bench = Bench::new(config(true, capacity), &all_sections());
+        let mut bench = Bench::new(config(link, capacity), &all_sections());
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         let first = seen.placed[0];
-        assert_eq!(seen.placed, (first..first + 20).collect::<Vec<_>>(), "L = {capacity}");
-        assert_eq!(seen.stored, first + 20, "L = {capacity}");
+        assert_eq!(
+            seen.placed,
+            (first..first + 20).collect::<Vec<_>>(),
+            "{link:?}, L = {capacity}"
+        );
+        assert_eq!(seen.stored, first + 20, "{link:?}, L = {capacity}");
     }
 }
 
 #[test]
 fn walk_takes_a_cycle_a_section_and_one_more_and_one_to_link() {
     for capacity in 1..=4 {
-        let mut bench = Bench::new(config(false, capacity), &all_sections());
+        let mut bench = Bench::new(config(Link::Walk, capacity), &all_sections());
         let seen = bench.store(&same_pixel(17), Pattern::always(), &Pattern::always());
         // The chain has c = ceil(k / L) sections when fragment k comes: c + 1 cycles, of which it is
         // written in the last; one more if all c are full and c is not 0.
@@ -197,26 +218,26 @@ fn walk_takes_a_cycle_a_section_and_one_more_and_one_to_link() {
 
 #[test]
 fn without_a_grant_it_waits_and_then_goes_on() {
-    for tail in [false, true] {
-        let mut bench = Bench::new(config(tail, 2), &all_sections());
+    for link in LINKS {
+        let mut bench = Bench::new(config(link, 2), &all_sections());
         let cycles = (0..=10).map(|cycle| cycle == 10).collect();
         let seen = bench.store(&same_pixel(1), Pattern::always(), &Pattern::of(cycles));
         // It comes to hand in cycle 2, two after it was offered.
-        assert_eq!((seen.waited, seen.placed), ((2..10).collect(), vec![10]), "tail {tail}");
-        assert_eq!(seen.stored, 11, "tail {tail}");
+        assert_eq!((seen.waited, seen.placed), ((2..10).collect(), vec![10]), "{link:?}");
+        assert_eq!(seen.stored, 11, "{link:?}");
     }
 }
 
 #[test]
 fn exhausted_drops_what_needs_a_section_and_stores_what_does_not() {
-    for tail in [false, true] {
-        let mut bench = Bench::new(config(tail, 2), &[5]);
+    for link in LINKS {
+        let mut bench = Bench::new(config(link, 2), &[5]);
         let word = |z| Word { z, rgba: z, ..Word::default() };
         let fragments = [(3, word(1)), (4, word(2)), (3, word(3)), (3, word(4))];
         let seen = bench.store(&fragments, Pattern::always(), &Pattern::always());
         assert_eq!((seen.placed.len(), seen.dropped.len(), seen.waited.len()), (2, 2, 0));
-        assert_eq!(bench.chains()[3], [word(1), word(3)], "tail {tail}");
-        assert_eq!(bench.chains()[4], [], "tail {tail}");
+        assert_eq!(bench.chains()[3], [word(1), word(3)], "{link:?}");
+        assert_eq!(bench.chains()[4], [], "{link:?}");
     }
 }
 
@@ -241,7 +262,7 @@ proptest! {
     /// Against plain lists, with gaps before, late grants, and not always sections enough.
     #[test]
     fn behaves_as_plain_lists(
-        walk in any::<bool>(),
+        link in select(&LINKS),
         capacity in 1u32..=4,
         free in Just(all_sections()).prop_shuffle(),
         sections in 0..=SECTIONS as usize,
@@ -253,7 +274,7 @@ proptest! {
         let words = (0..).map(|k| Word { z: k, rgba: k + 1000, ..Word::default() });
         let fragments: Vec<(u32, Word)> = pixels.into_iter().zip(words).collect();
         let (chains, dropped) = reference(&fragments, capacity, sections);
-        let cfg = config(!walk, capacity);
+        let cfg = config(link, capacity);
         let mut bench = Bench::new(cfg, &free[..sections]);
         bench.port = port;
         // In two frames, of which the second finds the tables as the first left them.
@@ -263,17 +284,19 @@ proptest! {
         seen.placed.extend(rest.placed);
         seen.dropped.extend(rest.dropped);
         seen.first.extend(rest.first);
-        // One read of the SSA table a fragment. With `tail` one write a stored one, and an NSA write
-        // where a section is linked behind another; with `walk` one write a pixel.
+        // One read of the SSA table a fragment. With a kept fill one write a stored one, and an NSA write
+        // where a section is linked behind another, or to the one behind it or NULL; with a walk one write a pixel.
         let firsts = seen.first.len();
         let (reads, writes) = traffic(&mut bench.ssa);
         let writes = writes - u64::from(SCREEN.0 * SCREEN.1);
         let stored = fragments.len() - dropped;
         prop_assert_eq!(reads, fragments.len() as u64);
-        prop_assert_eq!(writes, if walk { firsts } else { stored } as u64);
-        if !walk {
-            let taken = sections - bench.free.len();
+        prop_assert_eq!(writes, if link == Link::Walk { firsts } else { stored } as u64);
+        let taken = sections - bench.free.len();
+        if link == Link::Tail {
             prop_assert_eq!(traffic(&mut bench.nsa), (0, (taken - firsts) as u64));
+        } else if link == Link::Head {
+            prop_assert_eq!(traffic(&mut bench.nsa), (0, taken as u64));
         }
         prop_assert_eq!(bench.chains(), chains.clone());
         prop_assert_eq!(seen.dropped.len(), dropped);
