@@ -11,6 +11,7 @@ pub static ARCHITECTURES: &[&Architecture] = &[
     &pellucid_composer::architecture::ARCHITECTURE,
     &pellucid_dfb::architecture::ARCHITECTURE,
     &pellucid_b3d::architecture::ARCHITECTURE,
+    &pellucid_ppll::architecture::ARCHITECTURE,
 ];
 
 /// The architecture of that name.

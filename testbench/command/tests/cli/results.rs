@@ -205,7 +205,7 @@ fn a_file_can_name_architecture_and_preset() {
     wrong(
         "arch = \"tbufer\"\n",
         "`c.toml`, key `arch`: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, \
-         `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`",
+         `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`",
     );
     wrong(
         "preset = \"fats\"\n",
@@ -270,7 +270,7 @@ fn the_list_of_one_architecture_has_no_other() {
     refused(
         folder.path(),
         &["list", "tbufer"],
-        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`",
+        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`",
     );
 }
 
@@ -313,4 +313,9 @@ fn it_is_told_how_often_a_frame_came() {
     let bands = stats(&["--arch", "dfb", "-p", "fragments=300", "-p", "outside_fragments=0"]);
     assert!(plays(&bands) > 2);
     assert_eq!(bands["dfb"]["bands"], plays(&bands) - 1);
+    for (arch, few) in [("b3d", "layers=1"), ("ppll", "pages=9")] {
+        let rebuilt = stats(&["--arch", arch, "-p", few]);
+        assert!(plays(&rebuilt) > 1, "{arch}");
+        assert_eq!(rebuilt[arch]["rebuilds"], plays(&rebuilt) - 1, "{arch}");
+    }
 }

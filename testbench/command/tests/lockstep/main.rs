@@ -223,7 +223,7 @@ fn a_fault_in_the_text_of_the_tbuffer_is_seen() {
             ("release_queue.v", " + ", " - "),
             ("scan.v", "next_q + ", "next_q - "),
             ("skid.v", "!taken_i", "taken_i"),
-            ("sorter.v", " < arrived_payload_item_z_i))", " > arrived_payload_item_z_i))"),
+            ("sorter.v", " < arrived_payload_item_z_i;", " > arrived_payload_item_z_i;"),
             ("store.v", "nsa_data_next_i == ", "nsa_data_next_i != "),
         ],
     );
@@ -287,6 +287,36 @@ fn a_fault_in_the_text_of_the_dfb_is_seen() {
             ("reader.v", "left_q - ", "left_q + "),
             ("steps.v", "summed_i ? STEP_STORE", "summed_i ? STEP_RESOLVE"),
             ("walk.v", "sums_data_of_0_i - before_q", "sums_data_of_0_i + before_q"),
+        ],
+    );
+}
+
+#[test]
+fn a_fault_in_the_text_of_b3d_is_seen() {
+    let few = (first("b3d").0, &[("layers", "1"), ("most_layers", "9"), ("sorter_depth", "2")][..]);
+    faults_are_seen(
+        few,
+        &[
+            ("index.v", "base} + ", "base} - "),
+            ("reader.v", "word_data_z_i < ", "word_data_z_i > "),
+            ("rebuild.v", "limit_q << 1'd1", "limit_q << 2'd2"),
+            ("rebuild.v", "(entry_q + ", "(entry_q - "),
+            ("word_list.v", "count_q + ", "count_q - "),
+        ],
+    );
+}
+
+#[test]
+fn a_fault_in_the_text_of_the_ppll_is_seen() {
+    let few = (first("ppll").0, &[("page", "3"), ("pages", "3"), ("sorter_depth", "2")][..]);
+    faults_are_seen(
+        few,
+        &[
+            ("count.v", "count_q + ", "count_q - "),
+            ("rebuild.v", "limit_q << 1'd1", "limit_q << 2'd2"),
+            ("rebuild.v", "n ? STEP_CLEAR", "n ? STEP_RESOLVE"),
+            ("sorter.v", "fell_q + ", "fell_q - "),
+            ("store.v", "slot_payload_slot_2 + ", "slot_payload_slot_2 - "),
         ],
     );
 }
