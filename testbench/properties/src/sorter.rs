@@ -295,8 +295,10 @@ impl<S: Sorts> Reference for Model<S> {
                         }
                     }
                     let frames = vec![frame];
-                    setups.push(Setup { depth, newest_first: true, frames: frames.clone() });
-                    setups.push(Setup { depth, newest_first: false, frames });
+                    for newest_first in [false, true] {
+                        let frames = frames.clone();
+                        setups.push(Setup { depth, newest_first, frames });
+                    }
                 }
             }
         }
