@@ -14,7 +14,7 @@
 //! ```
 //! Fragment `n` of a pixel has slot `pixel * length + n`. A frame is stored, then read back pixel by pixel. If a pixel has more
 //! than the length the frame is not read back but comes again, with arrays of twice the length, as far as slots go; see
-//! [`rebuild`](crate::rebuild). Reading it back leaves every counter at 0, so that the next frame begins without clearing.
+//! [`mod@rebuild`]. Reading it back leaves every counter at 0, so that the next frame begins without clearing.
 
 pub mod monitor;
 

@@ -9,7 +9,7 @@ use pellucid_sim::{Handshake, Signals};
 /// What can be seen of the chains in a cycle: the streams between their blocks, and what these did.
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct Wires {
-    /// Free sections. An offer may be replaced by a better one: see [`pool`].
+    /// Free sections. An offer may be replaced by a better one: see [`pool`](super::pool).
     #[with(cfg.id_bits())]
     pub grant: Handshake<u32>,
     /// Sections that are given back.
