@@ -4,8 +4,7 @@ mod frames;
 mod text;
 
 pub use frames::Frame;
-pub(crate) use text::csv_text;
-pub use text::{align_right, at_margin, grouped};
+pub use text::{align_right, at_margin, csv_text, grouped};
 
 use crate::golden::Reference;
 use crate::output::{OutputError, put};
@@ -221,7 +220,8 @@ impl Report {
         let mut about = nest(&self.entries, &mut groups);
         groups["frame"]["layer_histogram"] = json!(self.histogram);
         let what = json!({ "unit": "pixels", "about": "[i]: pixels with exactly i layers." });
-        about.insert("frame.layer_histogram".into(), what);
+        about.insert("frame.layer_histogram".into(), what.clone());
+        about.insert("frames[].layer_histogram".into(), what);
         let memories: Vec<Json> = self.tally.memories.iter().map(memory_json).collect();
         groups.insert("memories".into(), json!(memories));
         let streams: Vec<Json> = self.tally.streams.iter().map(stream_json).collect();
@@ -271,10 +271,16 @@ impl Report {
         for e in &self.entries {
             line(&e.key(), &e.value.to_string(), e.unit, e.about);
         }
-        for (layers, pixels) in self.histogram.iter().enumerate() {
-            let about = "Pixels with exactly that many layers.";
-            let name = format!("frame.layer_histogram.{layers}");
-            line(&name, &pixels.to_string(), "pixels", about);
+        let mut pixels = |of: &str, histogram: &[u64]| {
+            for (layers, pixels) in histogram.iter().enumerate() {
+                let about = "Pixels with exactly that many layers.";
+                let name = format!("{of}.layer_histogram.{layers}");
+                line(&name, &pixels.to_string(), "pixels", about);
+            }
+        };
+        pixels("frame", &self.histogram);
+        for (number, frame) in self.frames.iter().enumerate() {
+            pixels(&format!("frames.{number}"), frame.histogram());
         }
         for (number, frame) in self.frames.iter().enumerate() {
             for (name, f) in frame.figures() {

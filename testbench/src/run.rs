@@ -60,10 +60,20 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
                 bench.count_anew();
                 progress.turn_to("simulating");
             }
+            let mut plays = 0;
             for number in 0..frames {
                 let later = if number > 0 { source.later(number)? } else { None };
                 let source = later.as_ref().unwrap_or(source);
+                // The items of all frames are as many as was said; those that are asked for again come on top.
+                if plays > 1 {
+                    progress.turn_to("simulating");
+                }
+                plays = 0;
                 bench.frame(|bench| {
+                    plays += 1;
+                    if plays > 1 {
+                        progress.turn_to("simulating, the frame again");
+                    }
                     source.play(model.kind(), &mut |item| {
                         progress.step();
                         bench.send(item)?;

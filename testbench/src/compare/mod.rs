@@ -2,7 +2,6 @@
 
 mod heat;
 mod page;
-mod plots;
 
 use crate::output::{OutputError, put};
 use crate::report::{Entry, Report, align_right, at_margin, csv_text, grouped, nest};

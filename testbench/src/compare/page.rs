@@ -1,14 +1,10 @@
-//! A comparison as one page that needs nothing beside it.
-//!
-//! The page is XML too, so that it can be checked, and read by other programs.
+//! A comparison as one page.
 
-use super::{Compared, Comparison, Row, Sweep, cell, heat, plots};
-use crate::image::Image;
+use super::{Compared, Comparison, Row, Sweep, cell, heat};
+use crate::html::{self, escaped, figure, legend, plot, sample};
+use crate::plots;
 use crate::report::grouped;
 use crate::trial::Trial;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use plotters::style::RGBColor;
 use serde_json::json;
 use std::io;
 
@@ -21,68 +17,6 @@ const PLOTTED: [(&str, &str); 5] = [
     ("cycles", "total"),
 ];
 
-const STYLE: &str = "
-body { font-family: sans-serif; line-height: 1.4; margin: 2em auto; max-width: 70em; padding: 0 1em; }
-table { border-collapse: collapse; }
-th, td { padding: 0.2em 0.8em; text-align: left; vertical-align: top; }
-td.number { text-align: right; font-variant-numeric: tabular-nums; }
-.name { white-space: nowrap; }
-th.machine { text-align: right; }
-td small { color: #555; display: block; max-width: 26em; }
-tr.scene th { border-bottom: 1px solid #888; padding-top: 1em; }
-#figures tr:first-child th { background: white; position: sticky; top: 0; z-index: 1; }
-#figures td:first-child { background: white; left: 0; min-width: 16em; position: sticky; }
-pre { background: #eee; overflow-wrap: break-word; padding: 0.5em; white-space: pre-wrap; }
-figure { margin: 1.5em 0; overflow-x: auto; }
-.wide { left: 50%; max-height: 90vh; max-width: 96vw; overflow: auto; position: relative; transform: translateX(-50%); width: max-content; }
-.plots { display: flex; flex-wrap: wrap; gap: 0 1em; }
-.plots figure { margin: 0.5em 0; width: 34em; }
-.plots svg { height: auto; width: 100%; }
-img { border: 1px solid #888; image-rendering: pixelated; max-width: 100%; min-width: 20em; }
-.colour { border: 1px solid #888; display: inline-block; height: 0.8em; width: 1.6em; }
-.sample { margin-right: 1.5em; }
-";
-
-/// A text as it stands in a page.
-fn escaped(text: &str) -> String {
-    let mut safe = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            c if c.is_control() => safe.push(char::REPLACEMENT_CHARACTER),
-            c => safe.push(c),
-        }
-    }
-    safe
-}
-
-/// A picture with a caption.
-fn figure(image: &Image, caption: &str) -> io::Result<String> {
-    let data = STANDARD.encode(image.png()?);
-    let caption = escaped(caption);
-    Ok(format!(
-        "<figure>\n<img src=\"data:image/png;base64,{data}\" width=\"{}\" alt=\"{caption}\"/>\n\
-         <figcaption>{caption}</figcaption>\n</figure>\n",
-        image.width
-    ))
-}
-
-/// A plot with a caption.
-fn plot(svg: &str, caption: &str) -> String {
-    format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escaped(caption))
-}
-
-/// A colour and what it means.
-fn sample(rgb: u32, meaning: &str) -> String {
-    format!(
-        "<span class=\"sample\"><span class=\"colour\" style=\"background: #{rgb:06x}\"></span> {}</span>\n",
-        escaped(meaning)
-    )
-}
-
 /// A machine's name, a setting a line.
 fn name(machine: &str) -> String {
     format!("<span class=\"name\">{}</span>", escaped(machine).replace(',', ",<br/>"))
@@ -93,17 +27,7 @@ fn name(machine: &str) -> String {
 /// # Errors
 /// A picture or a plot cannot be made.
 pub(super) fn page(comparison: &Comparison) -> io::Result<String> {
-    let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
-         <title>Pellucid: machines compared</title>\n<style>{STYLE}</style>\n</head>\n<body>\n\
-         <h1>Machines compared</h1>\n\
-         <p>Clocked models of hardware for order-independent transparency, by Pellucid {}. Each machine \
-         drew each scene; a golden model in plain software says what the image must be. This page was \
-         made by</p>\n<pre>{}</pre>\n",
-        env!("CARGO_PKG_VERSION"),
-        escaped(&comparison.command)
-    );
-    text += &faults(comparison);
+    let mut text = faults(comparison);
     text += &machines(comparison);
     text += &table(comparison);
     text += &bars(comparison)?;
@@ -113,7 +37,8 @@ pub(super) fn page(comparison: &Comparison) -> io::Result<String> {
     for scene in &comparison.scenes {
         text += &frame(comparison, scene)?;
     }
-    Ok(text + "</body>\n</html>\n")
+    let about = "Each machine drew each scene; a golden model in plain software says what the image must be.";
+    Ok(html::page("Machines compared", about, &comparison.command, &text))
 }
 
 /// What is wrong.
@@ -185,13 +110,10 @@ fn table(comparison: &Comparison) -> String {
 fn bars(comparison: &Comparison) -> io::Result<String> {
     let mut text = String::from(
         "<h2>Plots</h2>\n<p>A group of bars for each scene, a bar for each machine, from left to right in \
-         this order:</p>\n<p>\n",
+         this order:</p>\n",
     );
-    for (k, machine) in comparison.machines.iter().enumerate() {
-        let RGBColor(r, g, b) = plots::colour(k);
-        text += &sample(u32::from_be_bytes([0, r, g, b]), machine);
-    }
-    text += "</p>\n<div class=\"plots\">\n";
+    text += &legend(comparison.machines.iter().map(|machine| &**machine));
+    text += "<div class=\"plots\">\n";
     let names: Vec<&str> = comparison.scenes.iter().map(|scene| &*scene.case.scene).collect();
     let names = plots::short(&names);
     for (group, name) in PLOTTED {
@@ -225,13 +147,8 @@ fn curves(scene: &Compared) -> io::Result<String> {
     };
     let part = |lines: &[(String, Vec<f64>)], up: &str, caption: &str| -> io::Result<String> {
         let series: Vec<Vec<f64>> = lines.iter().map(|(_, values)| values.clone()).collect();
-        let mut text = plot(&plots::lines(&labels, &series, parameter, up)?, caption);
-        text += "<p>\n";
-        for (k, (name, _)) in lines.iter().enumerate() {
-            let RGBColor(r, g, b) = plots::colour(k);
-            text += &sample(u32::from_be_bytes([0, r, g, b]), name);
-        }
-        Ok(text + "</p>\n")
+        let text = plot(&plots::lines(&labels, &series, (parameter, up), &[])?, caption);
+        Ok(text + &legend(lines.iter().map(|(name, _)| &**name)))
     };
     let name = &scene.case.scene;
     let mut text = format!("<h2>Scene {} over {}</h2>\n", escaped(name), escaped(parameter));

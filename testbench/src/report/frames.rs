@@ -9,6 +9,7 @@ use serde_json::{Value as Json, json};
 pub struct Frame {
     counts: Vec<Figure>,
     cycles: Vec<Figure>,
+    histogram: Vec<u64>,
 }
 
 /// What the golden model says of a frame, or of several together.
@@ -58,7 +59,8 @@ impl Frame {
         let about = "All phases in which a frame is worked on, from this frame's first item to the next one's.";
         let total = figure("total", about, cycles.total);
         let phases = cycles.phases.iter().map(|(phase, n)| figure(phase.name, phase.about, *n));
-        Frame { counts, cycles: [total].into_iter().chain(phases).collect() }
+        let cycles = [total].into_iter().chain(phases).collect();
+        Frame { counts, cycles, histogram: reference.layer_histogram.clone() }
     }
 
     /// Its figures, each with its name among those of a frame.
@@ -67,12 +69,18 @@ impl Frame {
         counts.chain(self.cycles.iter().map(|f| (format!("cycles.{}", f.name), f)))
     }
 
+    /// `[i]`: pixels with exactly `i` layers.
+    pub(super) fn histogram(&self) -> &[u64] {
+        &self.histogram
+    }
+
     /// The same as an object.
     pub(super) fn json(&self) -> Json {
         let object = |figures: &[Figure]| -> Json {
             figures.iter().map(|f| (f.name.to_string(), json!(f.value))).collect()
         };
         let mut frame = object(&self.counts);
+        frame["layer_histogram"] = json!(self.histogram);
         frame["cycles"] = object(&self.cycles);
         frame
     }

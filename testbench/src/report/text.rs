@@ -4,7 +4,7 @@ use comfy_table::{CellAlignment, Table};
 use serde_json::Value as Json;
 
 /// A text as a field of a CSV file, whatever is in it.
-pub(crate) fn csv_text(text: &str) -> String {
+pub fn csv_text(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 

@@ -1,4 +1,4 @@
-//! Plots as SVG.
+//! Plots as SVG, which can stand in a page.
 
 use crate::report::grouped;
 use plotters::coord::Shift;
@@ -37,7 +37,7 @@ const FILLED: f64 = 0.8;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// The colour of machine `k`.
-pub(super) fn colour(k: usize) -> RGBColor {
+pub(crate) fn colour(k: usize) -> RGBColor {
     COLOURS.get(k).copied().unwrap_or_else(|| {
         // Hues by the golden section lie well apart, however many there are.
         let hue = (k as f64 * 0.618_034).fract();
@@ -114,7 +114,7 @@ fn svg(
 }
 
 /// Names of scenes for labels: of a file its name without its folders, unless two have the same.
-pub(super) fn short<'a>(names: &[&'a str]) -> Vec<&'a str> {
+pub(crate) fn short<'a>(names: &[&'a str]) -> Vec<&'a str> {
     let file = |name: &'a str| Path::new(name).file_name().and_then(|f| f.to_str()).unwrap_or(name);
     let alone = |name: &'a str| names.iter().filter(|other| file(other) == file(name)).count() == 1;
     names.iter().map(|name| if alone(name) { file(name) } else { name }).collect()
@@ -125,7 +125,7 @@ pub(super) fn short<'a>(names: &[&'a str]) -> Vec<&'a str> {
 ///
 /// # Errors
 /// The plot cannot be drawn.
-pub(super) fn groups(names: &[&str], values: &[Vec<f64>], unit: &str) -> io::Result<String> {
+pub fn groups(names: &[&str], values: &[Vec<f64>], unit: &str) -> io::Result<String> {
     let mut bars = vec![];
     for (k, values) in values.iter().enumerate() {
         let width = FILLED / values.len() as f64;
@@ -150,7 +150,7 @@ pub(super) fn groups(names: &[&str], values: &[Vec<f64>], unit: &str) -> io::Res
 ///
 /// # Errors
 /// The plot cannot be drawn.
-pub(super) fn histogram(pixels: &[u64]) -> io::Result<String> {
+pub(crate) fn histogram(pixels: &[u64]) -> io::Result<String> {
     let bar = |(layers, count): (usize, &u64)| {
         let (middle, half) = (layers as f64, FILLED / 2.0);
         (middle - half, middle + half, *count as f64, COLOURS[0])
@@ -161,24 +161,43 @@ pub(super) fn histogram(pixels: &[u64]) -> io::Result<String> {
     svg(WIDTH, |area| draw(area, ends, &bars, (20, &label), ("layers", "pixels")))
 }
 
-/// A line for each of `series`, in their colours: `series[k][n]` stands above `labels[n]`.
+/// A line for each of `series`, in their colours: `series[k][n]` stands above `labels[n]`, unless it is not finite: then there is
+/// none. Behind them `shares`, in percent, are stacked from the axis on, in the same way, as far as there are any; they
+/// have an axis of their own to the right, and are the darker the further up.
 ///
 /// # Errors
 /// The plot cannot be drawn.
-pub(super) fn lines(
+pub fn lines(
     labels: &[String],
     series: &[Vec<f64>],
-    along: &str,
-    up: &str,
+    (along, up): (&str, &str),
+    shares: &[Vec<f64>],
 ) -> io::Result<String> {
-    let highest = series.iter().flatten().copied().fold(1.0, f64::max);
+    let finite = series.iter().flatten().copied().filter(|value| value.is_finite());
+    let highest = finite.fold(1.0, f64::max);
+    let all = |n: usize| shares.iter().map(|share| share[n]).sum::<f64>();
+    let most = (0..labels.len()).map(all).fold(1.0, f64::max);
     svg(WIDTH, |area| {
-        let ends = -0.25..labels.len() as f64 - 0.75;
+        let ends = || -0.25..labels.len() as f64 - 0.75;
         let mut chart = ChartBuilder::on(area)
             .margin(10)
             .x_label_area_size(45)
             .y_label_area_size(MARGIN)
-            .build_cartesian_2d(ends, 0.0..highest * 1.05)?;
+            .right_y_label_area_size(if shares.is_empty() { 0 } else { 60 })
+            .build_cartesian_2d(ends(), 0.0..highest * 1.05)?
+            .set_secondary_coord(ends(), 0.0..most * 1.05);
+        let mut below = vec![0.0; labels.len()];
+        for (k, share) in shares.iter().enumerate() {
+            let above: Vec<f64> =
+                below.iter().zip(share).map(|(below, share)| below + share).collect();
+            let along = |heights: &[f64]| -> Vec<(f64, f64)> {
+                heights.iter().enumerate().map(|(n, height)| (n as f64, *height)).collect()
+            };
+            let outline = along(&above).into_iter().chain(along(&below).into_iter().rev());
+            let strip = Polygon::new(outline.collect::<Vec<_>>(), shade(k, shares.len()).filled());
+            chart.draw_secondary_series([strip])?;
+            below = above;
+        }
         let label = |x: &f64| whole(*x).and_then(|x| labels.get(x).cloned()).unwrap_or_default();
         chart
             .configure_mesh()
@@ -187,15 +206,92 @@ pub(super) fn lines(
             .x_labels(2 * labels.len() + 1)
             .x_label_formatter(&label)
             .y_labels(6)
+            .y_label_formatter(&number)
             .label_style(("sans-serif", 14))
             .x_desc(along)
             .y_desc(up)
             .draw()?;
+        if !shares.is_empty() {
+            chart
+                .configure_secondary_axes()
+                .label_style(("sans-serif", 14))
+                .y_desc("% of the pixels")
+                .draw()?;
+        }
         for (k, values) in series.iter().enumerate() {
-            let points = || values.iter().enumerate().map(|(n, value)| (n as f64, *value));
+            let points = || {
+                let points = values.iter().enumerate().map(|(n, value)| (n as f64, *value));
+                points.filter(|(_, value)| value.is_finite())
+            };
             let line = PathElement::new(points().collect::<Vec<_>>(), colour(k).stroke_width(2));
             chart.draw_series([line])?;
             chart.draw_series(points().map(|at| Circle::new(at, 4, colour(k).filled())))?;
+        }
+        area.present()?;
+        Ok(())
+    })
+}
+
+/// The grey of share `k` of so many: see [`lines`].
+pub(crate) fn shade(k: usize, all: usize) -> RGBColor {
+    let light = 235 - (130 * k / all.max(1)) as u8;
+    RGBColor(light, light, light)
+}
+
+/// A number beside an axis.
+fn number(value: &f64) -> String {
+    if value.fract() == 0.0 { grouped(&json!(*value as u64)) } else { value.to_string() }
+}
+
+/// Least value, lower quartile, median, upper quartile and greatest value.
+pub type FiveNumbers = [f64; 5];
+
+/// A group of boxes for each of `names`: `values[k][n]` has the box of group `k` in the colour of machine `n`, with whiskers
+/// to both ends. A machine without values has a gap.
+///
+/// # Errors
+/// The plot cannot be drawn.
+pub fn boxes(
+    names: &[String],
+    values: &[Vec<Option<FiveNumbers>>],
+    unit: &str,
+) -> io::Result<String> {
+    let highest = values.iter().flatten().flatten().map(|numbers| numbers[4]).fold(1.0, f64::max);
+    svg(WIDTH, |area| {
+        let mut chart = ChartBuilder::on(area)
+            .margin(10)
+            .x_label_area_size(45)
+            .y_label_area_size(MARGIN)
+            .build_cartesian_2d(-0.5..names.len() as f64 - 0.5, 0.0..highest * 1.05)?;
+        let label = |x: &f64| whole(*x).and_then(|x| names.get(x).cloned()).unwrap_or_default();
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_labels(2 * names.len() + 1)
+            .x_label_formatter(&label)
+            .y_labels(6)
+            .y_label_formatter(&number)
+            .label_style(("sans-serif", 14))
+            .y_desc(unit)
+            .draw()?;
+        for (k, group) in values.iter().enumerate() {
+            let width = FILLED / group.len() as f64;
+            for (n, numbers) in group.iter().enumerate() {
+                let Some([least, lower, median, upper, greatest]) = *numbers else { continue };
+                let middle = k as f64 - FILLED / 2.0 + (n as f64 + 0.5) * width;
+                let (left, right) = (middle - width * 0.4, middle + width * 0.4);
+                let path =
+                    |points: [(f64, f64); 2]| PathElement::new(points, colour(n).stroke_width(2));
+                chart.draw_series([
+                    path([(middle, least), (middle, lower)]),
+                    path([(middle, upper), (middle, greatest)]),
+                ])?;
+                let body =
+                    Rectangle::new([(left, lower), (right, upper)], colour(n).mix(0.4).filled());
+                chart.draw_series([body])?;
+                chart.draw_series([path([(left, median), (right, median)])])?;
+            }
         }
         area.present()?;
         Ok(())
@@ -223,11 +319,64 @@ mod tests {
     /// Heights of a plot's bars in pixels, in their order, and its text.
     fn heights(values: &[f64]) -> (Vec<f64>, String) {
         let text = groups(&["glass"], &[values.to_vec()], "words").unwrap();
-        let bars = text.split("<rect ").skip(1).map(|bar| {
-            let (_, height) = bar.split_once("height=\"").unwrap();
-            height.split('"').next().unwrap().parse().unwrap()
+        let bars = elements(&text, "rect").iter().map(|bar| attribute(bar, "height")).collect();
+        (bars, text)
+    }
+
+    /// What each `<name .../>` of a plot says.
+    fn elements<'a>(text: &'a str, name: &str) -> Vec<&'a str> {
+        let start = format!("<{name} ");
+        text.split(&*start).skip(1).map(|rest| rest.split("/>").next().unwrap()).collect()
+    }
+
+    fn attribute(element: &str, name: &str) -> f64 {
+        let (_, value) = element.split_once(&format!("{name}=\"")).unwrap();
+        value.split('"').next().unwrap().parse().unwrap()
+    }
+
+    #[test]
+    fn a_value_that_is_missing_has_no_point_and_shares_lie_on_each_other() {
+        let labels = ["0", "1", "2"].map(str::to_string);
+        let series = [vec![1.0, f64::NAN, 3.0], vec![2.0, 2.0, 2.0]];
+        let plain = lines(&labels, &series, ("frame", "cycles"), &[]).unwrap();
+        assert_eq!(elements(&plain, "circle").len(), 5);
+        assert_eq!(elements(&plain, "polygon").len(), 0);
+        assert!(!plain.contains("% of the pixels"));
+        // The higher, the further up.
+        let circles = elements(&plain, "circle");
+        let heights: Vec<f64> = circles.iter().map(|circle| attribute(circle, "cy")).collect();
+        assert!(heights[1] < heights[2] && heights[2] < heights[0], "{heights:?}");
+
+        let shares = [vec![10.0; 3], vec![20.0; 3]];
+        let stacked = lines(&labels, &series, ("frame", "cycles"), &shares).unwrap();
+        assert!(stacked.contains("% of the pixels"));
+        let strips = elements(&stacked, "polygon").into_iter().map(|strip| {
+            let (_, points) = strip.split_once("points=\"").unwrap();
+            let points = points.split('"').next().unwrap().split_whitespace();
+            let ys = points.map(|at| at.split_once(',').unwrap().1.parse().unwrap());
+            let ys: Vec<f64> = ys.collect();
+            let end = |of: fn(f64, f64) -> f64| ys.iter().copied().reduce(of).unwrap();
+            (end(f64::min), end(f64::max))
         });
-        (bars.collect(), text)
+        let strips: Vec<(f64, f64)> = strips.collect();
+        assert_eq!(strips.len(), 2);
+        assert_eq!(strips[0].0, strips[1].1);
+        let height = |(top, foot): (f64, f64)| foot - top;
+        assert!((height(strips[1]) / height(strips[0]) - 2.0).abs() < 0.05, "{strips:?}");
+    }
+
+    #[test]
+    fn a_box_goes_from_quartile_to_quartile() {
+        let names = ["50x50".to_string()];
+        let all = [vec![Some([0.0, 10.0, 20.0, 40.0, 100.0]), None, Some([5.0; 5])]];
+        let text = boxes(&names, &all, "cycles a frame").unwrap();
+        let bodies = elements(&text, "rect");
+        let heights: Vec<f64> = bodies.iter().map(|body| attribute(body, "height")).collect();
+        assert_eq!(heights.len(), 2, "{text}");
+        // Of 105 up to the top of the axis, above the labels.
+        let axis = f64::from(HEIGHT) - 10.0 - 10.0 - 45.0;
+        assert!((heights[0] / axis - 30.0 / 105.0).abs() < 0.02, "{heights:?}");
+        assert_eq!(heights[1], 0.0);
     }
 
     #[test]
@@ -250,10 +399,7 @@ mod tests {
         let at: Vec<f64> = text
             .split("<text ")
             .filter(|label| label.contains(name))
-            .map(|label| {
-                let (_, x) = label.split_once("x=\"").unwrap();
-                x.split('"').next().unwrap().parse().unwrap()
-            })
+            .map(|label| attribute(label, "x"))
             .collect();
         assert!(at[1] - at[0] > 8.0 * name.len() as f64, "{at:?}");
     }
