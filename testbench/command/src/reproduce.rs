@@ -1,9 +1,11 @@
 //! `pellucid reproduce`: a seed document's comparison, made again.
 
 mod composer;
+mod dfb;
 mod tbuffer;
 
 use super::{finished, passes, say};
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use composer::{SETTINGS, Setting, Timing};
 use indicatif::MultiProgress;
@@ -14,6 +16,7 @@ use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, Trial};
 use rayon::prelude::*;
+use std::path::PathBuf;
 use tbuffer::{Frame, Reproduction};
 
 /// The machines, as the document describes them.
@@ -26,12 +29,24 @@ enum What {
     Tbuffer,
     /// Times of the image merger and the scan-line engine, by the image composition paper
     Composer,
+    /// Cycles and memory of the Dynamic Fragment Buffer, fixed arrays and linked lists, by the Dynamic Fragment Buffer paper
+    Dfb,
 }
 
 #[derive(Args)]
 pub(super) struct ReproduceArgs {
     /// Which comparison
     what: What,
+    /// The paper's sizes instead of small ones: takes hours; what is stopped goes on where it was (dfb)
+    #[arg(long)]
+    full: bool,
+    /// A mesh (.obj, .ply, .ply.gz, .gltf, .glb) or scene for the figures that show one model (dfb) [default: `teapot`; for the
+    /// walks of --full `plant`]
+    #[arg(long, value_name = "NAME|FILE")]
+    scene: Option<String>,
+    /// The folder for pages, figures and runs (dfb) [default: pellucid-reproduce]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print as JSON
     #[arg(long)]
     json: bool,
@@ -42,7 +57,18 @@ pub(super) struct ReproduceArgs {
 
 /// Reproduces; whether all comes out.
 pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
+    if !matches!(args.what, What::Dfb) {
+        let given = [
+            ("--full", args.full),
+            ("--scene", args.scene.is_some()),
+            ("--out", args.out.is_some()),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            bail!("{option}: is for `reproduce dfb`; the others have one size and leave no files");
+        }
+    }
     match args.what {
+        What::Dfb => dfb::reproduce(args),
         What::Tbuffer => tbuffer(args),
         What::Composer => composer(args),
     }

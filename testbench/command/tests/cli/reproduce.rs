@@ -66,7 +66,7 @@ fn an_unknown_comparison_is_refused() {
     let output = pellucid(folder.path(), &["reproduce", "paper"]);
     let said = stderr(&output);
     assert!(said.starts_with("error: invalid value 'paper' for '<WHAT>'\n"), "{said}");
-    assert!(said.contains("[possible values: tbuffer, composer]"), "{said}");
+    assert!(said.contains("[possible values: tbuffer, composer, dfb]"), "{said}");
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -106,4 +106,108 @@ fn the_image_composition_papers_times_come_out() {
     assert_eq!(json["cases"][1]["printed"]["first_line_ms"], 0.038);
     assert!(json["cases"][1]["slips"]["first_line_ms"].is_string());
     assert!(json["cases"][0]["slips"]["first_line_ms"].is_null());
+}
+
+/// What the paper's formulas say, from what the frames are: quads are over whole pixels, each as many layers deep as there are
+/// quads.
+#[test]
+fn the_dynamic_fragment_buffers_figures_come_out() {
+    let folder = folder();
+    let output = exact(pellucid(folder.path(), &["reproduce", "dfb", "--json", "--quiet"]));
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
+    let number = |value: &Value| value.as_u64().unwrap();
+    let machine = |frames: &Value, name: &str| {
+        let machines = frames["machines"].as_array().unwrap();
+        machines.iter().find(|machine| machine["machine"] == name).unwrap().clone()
+    };
+    let all = json["frames"].as_array().unwrap();
+    let mut figures = std::collections::BTreeMap::new();
+    for frames in all {
+        *figures.entry(frames["figure"].as_str().unwrap()).or_insert(0) += 1;
+        let scene = frames["scene"].as_str().unwrap();
+        let Some((quads, percent)) = scene.strip_prefix("quads-").and_then(|s| s.split_once('-'))
+        else {
+            continue;
+        };
+        let [quads, percent]: [u64; 2] = [quads, percent].map(|n| n.parse().unwrap());
+        let pixels = number(&frames["width"]) * number(&frames["height"]);
+        // Whole rows and a part of one.
+        let covered = number(&frames["need"]["fragments"]) / quads;
+        assert!((pixels * percent).abs_diff(100 * covered) < 100, "{scene}: {covered} of {pixels}");
+        let layers = if percent == 0 { 0 } else { quads };
+        let bytes = |name| {
+            let machine = machine(frames, name);
+            assert_eq!(machine["bytes"], machine["bytes_counted"], "{scene}, {name}");
+            number(&machine["bytes"])
+        };
+        assert_eq!(bytes("dfb:fast"), 16 * quads * covered + 8 * pixels, "{scene}");
+        assert_eq!(bytes("b3d"), 16 * pixels * layers.max(1), "{scene}");
+        assert_eq!(bytes("ppll4"), 68 * covered * quads.div_ceil(4) + 4 * pixels, "{scene}");
+        assert_eq!(bytes("pll"), 20 * covered * quads + 4 * pixels, "{scene}");
+        // A scan takes a cycle for each word, and one more.
+        for (name, lanes) in [("dfb:fast", 16), ("dfb:paper", 1)] {
+            let cycles = machine(frames, name)["cycles"].clone();
+            assert_eq!(number(&cycles["scan"]), pixels.div_ceil(lanes) + 1, "{scene}, {name}");
+        }
+        // Pages are doubled from a slot a pixel on until they are enough.
+        for (name, page) in [("ppll4", 4_u64), ("pll", 1)] {
+            let need = covered * quads.div_ceil(page);
+            let begin = (pixels / page).min(need.max(1));
+            let rebuilds = (0..).find(|n| begin << n >= need).unwrap();
+            assert_eq!(number(&machine(frames, name)["plays"]), 1 + rebuilds, "{scene}, {name}");
+        }
+    }
+    let expected = [("Table I", 3), ("Figures 5 and 6", 45), ("Figure 7", 9), ("Figure 8", 1)];
+    assert_eq!(figures, expected.into());
+    // Printed.
+    assert_eq!(json["table_1_printed"][2]["frames_per_second"]["pll"], 74);
+    let holds = |what: &str| {
+        let claims = json["claims"].as_array().unwrap();
+        claims.iter().find(|c| c["claim"].as_str().unwrap().contains(what)).unwrap()["holds"]
+            .clone()
+    };
+    assert_eq!(holds("depends on the resolution alone"), true);
+    assert_eq!(holds("B3D cannot hold the power plant"), true);
+
+    // What is there is kept, but for what is damaged or of something else; the figures are the same.
+    let out = folder.path().join("pellucid-reproduce");
+    let files = ["dfb.html", "dfb.json", "dfb.csv"].map(|name| fs::read(out.join(name)).unwrap());
+    let page = String::from_utf8(files[0].clone()).unwrap();
+    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    let page = roxmltree::Document::parse_with_options(&page, options).unwrap();
+    let plots = page.descendants().filter(|node| node.has_tag_name("svg")).count();
+    assert_eq!(plots, 9 + 6 + 2 * 3 + 1);
+    let run = |name: &str| out.join("runs/scene-quads-1-10-width-80-height-80").join(name);
+    fs::write(run("pll.json"), "{").unwrap();
+    let other = fs::read_to_string(run("b3d.json")).unwrap().replace("layers=1", "layers=2");
+    fs::write(run("b3d.json"), other).unwrap();
+    let output = pellucid(folder.path(), &["reproduce", "dfb"]);
+    assert_eq!(output.status.code(), Some(0));
+    let runs = all.iter().flat_map(|frames| frames["machines"].as_array().unwrap());
+    let runs = runs.filter(|machine| machine["lacks"].is_null()).count();
+    let note = format!("note: {} runs are those of an earlier time;", runs - 2);
+    assert!(stderr(&output).contains(&note), "{note}: {}", stderr(&output));
+    assert!(stdout(&output).contains("Every image is right, and every count its closed form."));
+    let again = ["dfb.html", "dfb.json", "dfb.csv"].map(|name| fs::read(out.join(name)).unwrap());
+    assert!(files == again);
+}
+
+#[test]
+fn what_is_asked_of_another_comparison_is_refused() {
+    let folder = folder();
+    let said = |args: &[&str]| {
+        let output = pellucid(folder.path(), &[&["reproduce"], args].concat());
+        assert_eq!(output.status.code(), Some(2));
+        stderr(&output).to_string()
+    };
+    assert_eq!(
+        said(&["tbuffer", "--full"]),
+        "error: --full: is for `reproduce dfb`; the others have one size and leave no files\n"
+    );
+    assert_eq!(said(&["dfb", "--scene", "none.ply"]), "error: none.ply: no such file\n");
+    assert!(said(&["dfb", "--scene", "glas"]).contains("did you mean `glass`?"));
+    assert_eq!(
+        said(&["dfb", "--scene", "quads-1-50"]),
+        "error: --scene quads-1-50: expected a mesh, `glass`, `teapot` or `plant`, round which a camera can go\n"
+    );
 }
