@@ -4,10 +4,10 @@
 //!  lacking, asked --->+---------+
 //!  ended, resolved -->| Rebuild |---> step, limit, replay
 //!  an item comes ---->|         |---> clear (entry by entry), again, begins
-//!                     +---------+
+//!  clear_ready ------>+---------+
 //! ```
 //! A play in which something lacked is not resolved while the limit can grow: the entries of the machine's table are cleared,
-//! one a cycle, and the frame is asked for again. `replay` is high until its first item comes. What lacked in a play
+//! one after the other as the table takes them, and the frame is asked for again. `replay` is high until its first item comes. What lacked in a play
 //! that is resolved is lost. The limit stays where it has come to, for the frames that follow.
 
 use pellucid_machine::{PhaseInfo, choice};
@@ -134,6 +134,8 @@ pub struct In {
     pub resolved: bool,
     /// An item of the frame comes.
     pub comes: bool,
+    /// The entry that is to be cleared is.
+    pub clear_ready: bool,
 }
 
 /// Outputs of registers.
@@ -209,10 +211,10 @@ impl Block for Rebuild {
                 }
             }
             Step::Clear => {
-                o.again = cfg.rebuilds() && q.entry == cfg.entries - 1;
+                o.again = cfg.rebuilds() && i.clear_ready && q.entry == cfg.entries - 1;
                 if o.again {
                     d.step = Step::Store;
-                } else {
+                } else if i.clear_ready {
                     d.entry = q.entry + 1;
                 }
             }
@@ -233,8 +235,14 @@ mod tests {
     use pellucid_sim::Sim;
     use proptest::prelude::*;
 
-    const NOTHING: In =
-        In { lacking: false, asked: 0, ended: false, resolved: false, comes: false };
+    const NOTHING: In = In {
+        lacking: false,
+        asked: 0,
+        ended: false,
+        resolved: false,
+        comes: false,
+        clear_ready: true,
+    };
 
     #[test]
     fn a_frame_that_fits_the_second_time_goes_its_course_cycle_by_cycle() {
@@ -242,6 +250,7 @@ mod tests {
         let lacking = In { lacking: true, ..NOTHING };
         let ended = In { ended: true, ..NOTHING };
         let resolved = In { resolved: true, ..NOTHING };
+        let waits = In { clear_ready: false, ..NOTHING };
         let cfg = Config { begin: 3, most: 10, growth: Growth::Double, entries: 2 };
         let mut sim = Sim::<Rebuild>::new(cfg);
         for (cycle, (i, step, limit, replay, clear, (again, begins))) in [
@@ -259,7 +268,9 @@ mod tests {
             // The next frame begins with what the one before has come to.
             (comes, Step::Store, 6, false, None, (false, false)),
             (In { lacking: true, ..ended }, Step::Store, 6, false, None, (false, false)),
+            (waits, Step::Clear, 10, false, Some(0), (false, false)),
             (NOTHING, Step::Clear, 10, false, Some(0), (false, false)),
+            (waits, Step::Clear, 10, false, Some(1), (false, false)),
             (NOTHING, Step::Clear, 10, false, Some(1), (true, false)),
             // There is no more: what lacks now is lost.
             (In { lacking: true, ..comes }, Step::Store, 10, true, None, (false, false)),

@@ -42,7 +42,8 @@
 //!
 //! *Clear*: what memory holds at power-up is not known. Until the first ask after a reset, `clear` writes entries to memory, one a
 //! cycle; later `clear_ready` is low. Nothing is in the cache after a reset: it takes [`Config::sets`] cycles until asks are
-//! taken. What was not written back is lost, so that the table is to be cleared again.
+//! taken. What was not written back is lost, so that the table is to be cleared again. A cache that is idle and is offered
+//! something to clear does the same as after a reset, from the next cycle on: so a table is cleared between two uses of it.
 //!
 //! `idle` is high while nothing is under way. A frame needs no flush: all that use the table go through the cache. It takes the
 //! memory's answers at once. Up to `in_flight + 4` asks are on their way from `ask` to `entry`: what their user is to do with the
@@ -130,6 +131,13 @@ pub struct State {
     #[with(cfg.answers().depth)]
     #[block(Answers, cfg.answers())]
     pub answers: fifo::State,
+}
+
+/// No ask is under way, where none or some are queued.
+#[inline(always)]
+#[rtl]
+fn rests(q: State, queued: bool) -> bool {
+    !q.asked.valid && !queued && !q.head.valid && !q.fill.valid && !q.shown.valid
 }
 
 type Asks = Skid<u32>;
@@ -246,7 +254,7 @@ impl Block for TableCache {
         let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
         let requests = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue).count > 0;
-        let rests = !q.asked.valid && !queued && !q.head.valid && !q.fill.valid && !q.shown.valid;
+        let rests = rests(*q, queued);
         let forgets = matches!(q.phase, Phase::Forget);
         let entry = Entry { address: q.shown.payload.address, word: m.data.q().data };
         Moore {
@@ -391,8 +399,11 @@ impl Block for TableCache {
         if takes && ask.valid {
             m.tags.read(cache.set_of(ask.payload));
         }
+        let idle = rests(*q, queue.count > 0) && asks && room;
         if comes_in {
             d.phase = Phase::Run;
+        } else if i.clear.valid && idle && matches!(q.phase, Phase::Run) {
+            d.phase = Phase::Forget;
         }
         if forgets {
             m.tags.write(q.set, sets::empty(cfg));

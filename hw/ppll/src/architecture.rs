@@ -21,7 +21,14 @@ pub static ARCHITECTURE: Architecture = Architecture {
     ways: &[
         &[("page", "4"), ("growth", "double")],
         &[("page", "1"), ("growth", "needed")],
-        &[("page", "3"), ("scan", "linear"), ("pages", "3")],
+        &[
+            ("page", "3"),
+            ("scan", "linear"),
+            ("pages", "3"),
+            ("ssa", "cached"),
+            ("ssa_sets", "2"),
+            ("ssa_line", "4"),
+        ],
         &[("page", "4"), ("overflow", "drop"), ("pages", "400"), ("fragments", "1")],
     ],
     tight: &[
@@ -60,5 +67,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("sorter_depth", depth.to_string()),
         ("outside_latency", draw(1..=20).to_string()),
         ("reads_in_flight", draw(2..=9).to_string()),
+        ("ssa", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("ssa_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("ssa_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("ssa_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

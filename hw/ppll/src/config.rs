@@ -1,7 +1,7 @@
 //! The parameters, and what the blocks derive from them.
 
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
+use pellucid_blocks::chains::config::{self as chains, Cached, Link, Passes, Place, Scan, Shape};
 use pellucid_blocks::rebuild::{self, Growth, Overflow};
 use pellucid_blocks::sorter;
 use pellucid_machine::parameters;
@@ -29,8 +29,16 @@ parameters! {
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve.
+        /// Fragment reads under way at once during resolve, and pixels that wait for their head with ssa=cached.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where the heads lie: on chip, or in outside memory with a cache on chip.
+        ssa: Place = Place::OnChip, "", ();
+        /// Sets of that cache (ssa=cached), a power of two.
+        ssa_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        ssa_ways: u32 = 4, "lines", 1..=8;
+        /// Heads of a line, a power of two.
+        ssa_line: u32 = 8, "entries", 1..=16;
     }
 }
 
@@ -63,7 +71,8 @@ impl Config {
     /// Checks the parameters against each other.
     ///
     /// # Errors
-    /// If there are more pages to begin with than at most; if all pages together would hold more fragments than a simulation can.
+    /// If there are more pages to begin with than at most; if all pages together would hold more fragments than a simulation can; if a
+    /// number of the cache of heads is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let Params { page, pages, most_pages, .. } = params;
         let rebuilds = params.overflow == Overflow::Rebuild;
@@ -90,7 +99,7 @@ impl Config {
             passes: Passes::Each(params.sorter_depth),
             weight_bits: 0,
             allocator: AllocatorKind::Bump,
-            ssa: None,
+            ssa: Cached::of(params.ssa, params.ssa_sets, params.ssa_ways, params.ssa_line)?,
         };
         let chains = chains::Config::new(screen, shape);
         let rebuild =

@@ -241,6 +241,7 @@ impl Block for Ppll {
             ended: chains.stored,
             resolved: chains.done,
             comes: i.fragment.valid && front.status.ready,
+            clear_ready: stored.clear_ready,
         };
         let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
         d.begins = rebuild.begins;

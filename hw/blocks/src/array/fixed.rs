@@ -303,6 +303,7 @@ impl Block for FixedArrays {
             ended: index.ended,
             resolved: i.written,
             comes: i.taken,
+            clear_ready: true,
         };
         let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
 

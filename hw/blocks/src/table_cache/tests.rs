@@ -202,6 +202,25 @@ fn entries_are_cleared_before_the_first_is_asked_for() {
 }
 
 #[test]
+fn what_is_cleared_later_is_forgotten_first() {
+    let mut bench = Bench::ready(config(4, 1, 4, 8, 2), 7);
+    bench.play(&[0, 17, 33], Some(1));
+    bench.rest();
+    let clear = |address| Stream::offer(Entry { address, word: word(9) });
+    assert!(!bench.sim.moore().clear_ready);
+    bench.cycle(In { clear: clear(0), ..In::default() });
+    for address in 0..WORDS {
+        // Four sets are forgotten meanwhile.
+        assert!(bench.sim.moore().clear_ready && bench.sim.moore().ready == (address >= 4));
+        bench.cycle(In { clear: clear(address), ..In::default() });
+    }
+    bench.rest();
+    let shown = bench.play(&[0, 17, 33], None);
+    let shown: Vec<Entry> = shown.into_iter().map(|(_, entry)| entry).collect();
+    assert_eq!(shown, entries([0, 17, 33].map(|address| (address, word(9)))));
+}
+
+#[test]
 fn a_reset_loses_what_is_in_the_cache() {
     let mut bench = Bench::ready(config(2, 1, 2, 4, 1), 3);
     bench.play(&[0, 1, 2, 3], Some(1));
@@ -397,6 +416,30 @@ fn any_asks() -> impl Strategy<Value = Vec<(u32, bool)>> {
 }
 
 proptest! {
+    /// Whatever was asked for and written before, and however the memory takes and answers.
+    #[test]
+    fn a_table_that_is_cleared_again_holds_nothing_else(
+        cfg in any_config(),
+        asks in any_asks(),
+        ready in pattern(),
+        latencies in proptest::collection::vec(1u64..30, 1..6),
+    ) {
+        let mut bench = Bench::new(cfg, Behind::new(WORDS, ready, latencies));
+        let asks: Vec<u32> = asks.into_iter().map(|(address, _)| address).collect();
+        bench.play(&asks, Some(1));
+        for address in 0..WORDS {
+            let clear = Stream::offer(Entry { address, word: word(u64::from(address) + 2) });
+            while !bench.sim.moore().clear_ready {
+                bench.cycle(In { clear, ..In::default() });
+            }
+            bench.cycle(In { clear, ..In::default() });
+        }
+        let all: Vec<u32> = (0..WORDS).collect();
+        let shown = bench.play(&all, None).into_iter().map(|(_, entry)| entry);
+        let cleared = all.iter().map(|address| (*address, word(u64::from(*address) + 2)));
+        prop_assert_eq!(shown.collect::<Vec<_>>(), entries(cleared));
+    }
+
     /// Whatever is asked for and written, whenever the user asks and takes, and whenever the memory takes and answers: each
     /// entry comes once, in order, and shows what was written last; and the cache hits, misses, fetches and writes back as
     /// its lines say.
