@@ -1,13 +1,14 @@
 //! How fast the simulation is: `cargo bench`.
 //!
 //! The item of `cycles_*` is a simulated clock cycle of the whole machine, from reset to the last
-//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files.
+//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files. The image composition machine, which
+//! takes primitives, has a bench of its own.
 
 use divan::{Bencher, counter::ItemsCount};
-use pellucid_hw::architecture;
+use pellucid_hw::{ARCHITECTURES, architecture};
 use pellucid_machine::architecture::Setting;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Item, Model};
+use pellucid_machine::{Item, Kind, Model};
 use pellucid_testbench::bench::{Bench, BenchError};
 use pellucid_testbench::golden::Golden;
 use pellucid_testbench::outside::board;
@@ -15,6 +16,7 @@ use pellucid_testbench::recorder::WaveJob;
 use pellucid_testbench::scene::{Options, Scene};
 use pellucid_testbench::trial::CaseError;
 use pellucid_testbench::window::Window;
+use std::fmt;
 use std::path::Path;
 
 const DRAGON: &str =
@@ -28,30 +30,56 @@ fn open(name: &str, width: Option<u32>, height: Option<u32>) -> Scene {
     Scene::open(name, &Options { width, height, ..Options::default() }).unwrap()
 }
 
-fn machine(arch: &str, preset: &str, screen: Screen) -> Box<dyn Model> {
+fn build((arch, preset): (&str, &str), screen: Screen) -> Box<dyn Model> {
     architecture(arch).unwrap().build(screen, Some(preset), &[]).unwrap()
 }
 
-/// One frame through a new machine; the cycles that it took.
+/// A machine and the scene that it plays.
+#[derive(Clone, Copy)]
+struct Run {
+    /// Architecture and preset.
+    machine: (&'static str, &'static str),
+    scene: &'static str,
+}
+
+/// `dfb fast paper-480`
+impl fmt::Display for Run {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Run { machine: (arch, preset), scene } = self;
+        write!(f, "{arch} {preset} {scene}")
+    }
+}
+
+/// Every architecture that takes fragments, with those of its presets whose places are `chosen`, on each of the scenes.
+fn on(scenes: &[&'static str], chosen: fn(usize) -> bool) -> Vec<Run> {
+    let screen = Screen { width: 640, height: 480, background: 0 };
+    let mut runs = vec![];
+    for arch in ARCHITECTURES {
+        for (place, (preset, _)) in (arch.presets)().into_iter().enumerate() {
+            let machine = (arch.name, preset);
+            if chosen(place) && build(machine, screen).kind() == Kind::Fragments {
+                runs.extend(scenes.iter().map(|scene| Run { machine, scene }));
+            }
+        }
+    }
+    runs
+}
+
+/// One frame through a new machine, as often as it asks for it; the cycles that it took.
 fn cycles(model: &dyn Model, frame: &[Item], wave: Option<&WaveJob>) -> u64 {
     let mut bench = Bench::new(model);
     if let Some(wave) = wave {
         bench.record(wave, "machine").unwrap();
     }
-    frame.iter().try_for_each(|item| bench.send(item)).unwrap();
-    bench.end_frame().unwrap();
+    bench.frame(|bench| frame.iter().try_for_each(|item| bench.send(item))).unwrap();
+    bench.wait_for(1, |_, _| Ok(())).unwrap();
     assert_eq!(bench.finish_wave().lost, None);
     bench.cycles()
 }
 
-fn bench_cycles(
-    bencher: Bencher,
-    scene: &str,
-    (arch, preset): (&str, &str),
-    wave: Option<&WaveJob>,
-) {
+fn bench_cycles(bencher: Bencher, scene: &str, machine: (&str, &str), wave: Option<&WaveJob>) {
     let scene = open(scene, None, None);
-    let model = machine(arch, preset, scene.info());
+    let model = build(machine, scene.info());
     bench_model(bencher, &scene, &*model, wave);
 }
 
@@ -67,29 +95,16 @@ fn bench_model(bencher: Bencher, scene: &Scene, model: &dyn Model, wave: Option<
     bencher.counter(ItemsCount::new(count)).bench_local(|| cycles(model, &frame, wave));
 }
 
-#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
-fn cycles_untraced(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, ("tbuffer", "fast"), None);
+/// The default of every architecture, on each of these scenes.
+#[divan::bench(args = on(&["paper-480", "glass", "teapot"], |preset| preset == 0), sample_count = 10)]
+fn cycles_untraced(bencher: Bencher, Run { machine, scene }: Run) {
+    bench_cycles(bencher, scene, machine, None);
 }
 
-#[divan::bench(args = ["paper-480"], sample_count = 5)]
-fn cycles_untraced_paper(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, ("tbuffer", "paper"), None);
-}
-
-#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
-fn cycles_untraced_rbuffer(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, ("rbuffer", "on-chip"), None);
-}
-
-#[divan::bench(args = ["paper-480", "glass", "teapot"], sample_count = 10)]
-fn cycles_untraced_mbuffer(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, ("mbuffer", "registers"), None);
-}
-
-#[divan::bench(args = ["paper-480"], sample_count = 5)]
-fn cycles_untraced_mbuffer_memory(bencher: Bencher, scene: &str) {
-    bench_cycles(bencher, scene, ("mbuffer", "memory"), None);
+/// The other presets.
+#[divan::bench(args = on(&["paper-480"], |preset| preset > 0), sample_count = 5)]
+fn cycles_untraced_presets(bencher: Bencher, Run { machine, scene }: Run) {
+    bench_cycles(bencher, scene, machine, None);
 }
 
 /// All sections in a DRAM.
@@ -128,7 +143,7 @@ fn cycles_outside_a_window(bencher: Bencher, scene: &str) {
 fn play(scene: &Scene) -> u64 {
     let golden = Golden::new(scene.info());
     let (reference, ()) = golden.judge::<_, CaseError>(|sink| scene.play(sink)).unwrap();
-    let mut bench = Bench::new(&*machine("tbuffer", "fast", scene.info()));
+    let mut bench = Bench::new(&*build(("tbuffer", "fast"), scene.info()));
     scene.play::<BenchError>(&mut |fragment| bench.send(&fragment.into())).unwrap();
     bench.end_frame().unwrap();
     assert_eq!(bench.take_images(), [reference.image]);
