@@ -17,6 +17,7 @@
 //! | module | what it has |
 //! | --- | --- |
 //! | [`allocator`], [`lanes`], [`fifo`], [`ram`], [`stream`], [`sorter`], [`blender`], [`buffer`] | the contracts |
+//! | [`counters`], [`mod@prefix_sum`], [`lists`] | those of what stores fragments |
 //! | [`mod@reference`] | what a contract is |
 //! | [`harness`] | what runs a block beside one |
 //! | [`trials`] | the tests that are made of it |
@@ -24,10 +25,13 @@
 pub mod allocator;
 pub mod blender;
 pub mod buffer;
+pub mod counters;
 pub mod fifo;
 pub mod harness;
 pub mod lanes;
+pub mod lists;
 mod panics;
+pub mod prefix_sum;
 pub mod ram;
 pub mod reference;
 mod report;

@@ -3,12 +3,15 @@
 mod allocator;
 mod blender;
 mod buffer;
+mod counters;
 mod fifo;
 mod found;
 mod invalid;
 mod lanes;
 mod late;
+mod lists;
 mod panics;
+mod prefix_sum;
 mod ram;
 mod sorter;
 mod stream;
@@ -44,7 +47,8 @@ fn the_manifest_in_the_book_is_complete() {
 /// The sentences of the contracts as they stand in the book.
 #[test]
 fn the_book_has_the_properties() {
-    use pellucid_properties::{allocator, blender, buffer, fifo, lanes, ram, sorter, stream};
+    use pellucid_properties::{allocator, blender, buffer, counters, fifo, lanes, lists};
+    use pellucid_properties::{prefix_sum, ram, sorter, stream};
     let page = ["properties.md", "allocators.md"].map(page).concat();
     let has = |sentences: &[&dyn std::fmt::Display]| {
         for sentence in sentences {
@@ -78,6 +82,20 @@ fn the_book_has_the_properties() {
     {
         use blender::Property::{Blended, Colour, Done, Fault, Read, Write};
         has(&[&Read, &Write, &Colour, &Blended, &Done, &Fault]);
+    }
+    {
+        use counters::Property::{Counted, Counts, End, Fault, Limit, Meets, Ready, Valid};
+        has(&[&Ready, &End, &Counted, &Valid, &Counts, &Limit, &Meets, &Fault]);
+    }
+    {
+        use prefix_sum::Property::{Band, Cleared, Cycles, Fault, List, Range, Slots, Sum, Valid};
+        has(&[&Cycles, &Band, &Slots, &Sum, &List, &Cleared, &Range, &Valid, &Fault]);
+    }
+    {
+        use lists::Property::{
+            Done, Dropped, Fault, Held, Marks, Once, Order, Pages, Stored, Stuck,
+        };
+        has(&[&Dropped, &Stored, &Pages, &Held, &Order, &Once, &Marks, &Done, &Stuck, &Fault]);
     }
     {
         use buffer::Property::{Early, Fault, Flush, Held, Range, Read, Stuck};
