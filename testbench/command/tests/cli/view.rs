@@ -2,14 +2,16 @@
 
 use super::wave::{Wave, places};
 use super::*;
+use pellucid_hw::ARCHITECTURES;
 use std::collections::BTreeSet;
 
-/// The bundle of a run is whole in either format, and made of these files.
+/// The bundle of a run is whole in either format, whatever the architecture, and made of these files.
 #[test]
 fn the_bundle_has_a_set_up_for_either_viewer() {
-    for (format, file) in [("vcd", "wave.vcd"), ("fst", "wave.fst")] {
+    let formats = [("vcd", "wave.vcd"), ("fst", "wave.fst")];
+    for (arch, (format, file)) in ARCHITECTURES.iter().zip(formats.into_iter().cycle()) {
         let folder = folder();
-        exact(run(folder.path(), &["--wave-format", format, "-q"]));
+        exact(run(folder.path(), &["--arch", arch.name, "--wave-format", format, "-q"]));
         let out = folder.path().join("pellucid-out");
         let expected = [
             ".surfer",
