@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 pub struct Claim {
     /// The sentence.
     pub sentence: &'static str,
+    /// What a case is.
+    cases: &'static str,
     /// For each machine that it is about, or that it is against, in how many of how many cases it is so.
     pub verdicts: Vec<(String, Verdict)>,
     /// What speaks against it, where it does not hold.
@@ -54,7 +56,7 @@ impl Claim {
     pub fn words(&self) -> String {
         let verdicts = self.verdicts.iter().map(|(name, verdict)| {
             let holds = if verdict.holds() { "holds" } else { "does not hold" };
-            format!("{name}: {holds}, {} of {}", verdict.held, verdict.cases)
+            format!("{name}: {holds}, {} of {} {}", verdict.held, verdict.cases, self.cases)
         });
         verdicts.collect::<Vec<_>>().join("; ")
     }
@@ -70,7 +72,7 @@ impl Claim {
             json!({ "of": machine, "holds": v.holds(), "held": v.held, "cases": v.cases })
         });
         let verdicts: Vec<Json> = verdicts.collect();
-        json!({ "claim": self.sentence, "holds": self.holds(), "verdicts": verdicts, "why_not": self.objection() })
+        json!({ "claim": self.sentence, "cases_are": self.cases, "holds": self.holds(), "verdicts": verdicts, "why_not": self.objection() })
     }
 }
 
@@ -86,16 +88,19 @@ pub fn claims(entries: &[Entry]) -> Vec<Claim> {
         machines.iter().map(|m| (m.name.to_string(), verdict(*m))).collect()
     };
     let against = |other: Contender| format!("against {}", other.name);
-    let claim = |sentence, verdicts, why| Claim { sentence, verdicts, why };
+    let claim = |sentence, cases, verdicts, why| Claim { sentence, cases, verdicts, why };
+    let (frames, screens, walks) = ("sets of frames", "screens", "walks");
     vec![
         claim(
             "DFB takes the least memory, always",
+            frames,
             OTHERS.map(|other| (against(other), least_memory(entries, other))).to_vec(),
             "DFB has two tables, 8 bytes for each pixel of the screen. Lists have one, and 4 bytes a page: less where there are \
              fewer pages than pixels. An array has none: it takes less where nearly every pixel has as many fragments as the deepest.",
         ),
         claim(
             "On Table I's model B3D is twice as fast as DFB",
+            screens,
             each(&DFBS, &|dfb| {
                 table(entries, |entry| Some(2 * entry.total(B3D)? <= entry.total(dfb)?))
             }),
@@ -103,7 +108,8 @@ pub fn claims(entries: &[Entry]) -> Vec<Claim> {
              is what is left where memory gives a word each cycle and geometry costs nothing.",
         ),
         claim(
-            "On Table I's model DFB is at least as fast as lists",
+            "On Table I's model dfb:fast is at least as fast as lists",
+            screens,
             each(&LISTS, &|list| {
                 table(entries, |entry| Some(entry.total(DFB)? <= entry.total(list)?))
             }),
@@ -112,28 +118,33 @@ pub fn claims(entries: &[Entry]) -> Vec<Claim> {
         ),
         claim(
             "B3D is the fastest where it fits",
+            frames,
             each(&[B3D], &|_| b3d_fastest(entries)),
             "Another machine took fewer cycles.",
         ),
         claim(
             "Above 25 % coverage DFB is the second",
+            frames,
             each(&DFBS, &|dfb| second(entries, dfb)),
             "A list whose frame fits at once takes each fragment once where DFB takes it twice, and a pointer costs \
              nothing while tables are on chip: rebuilds alone make a list slower.",
         ),
         claim(
             "Without B3D, DFB is the fastest in 8 of 9 walks around models",
+            walks,
             each(&DFBS, &|dfb| fastest_walks(entries, dfb)),
-            "Once lists have room a frame comes to them once, and to DFB twice; a rebuild is paid with the first frames of a walk \
-             alone.",
+            "Once lists have room a frame comes to them once, and to DFB twice; a rebuild, if there is one, is paid by one frame for \
+             all that follow.",
         ),
         claim(
             "Lists peak where frames are rebuilt",
+            walks,
             each(&LISTS, &|list| peaks(entries, list)),
             "No frame of a walk was rebuilt, or those that were took no more for a fragment than others.",
         ),
         claim(
             "The scan is DFB's dearest step",
+            frames,
             each(&DFBS, &|dfb| dearest(entries, dfb)),
             "On the card the scan is a library's kernel of its own; here it takes a word of counters a cycle. dfb:fast has 16 \
              counters in a word, so that the scan is dearest only where there are fewer fragments than words. dfb:paper has one, and \
@@ -141,16 +152,19 @@ pub fn claims(entries: &[Entry]) -> Vec<Claim> {
         ),
         claim(
             "What the scan takes depends on the resolution alone",
+            screens,
             each(&DFBS, &|dfb| screen_alone(entries, dfb)),
             "Frames of one screen took different numbers of cycles.",
         ),
         claim(
             "DFB's cost grows smoothly with the resolution: by no more than a quarter for each pixel",
+            "numbers of quads and coverages",
             each(&DFBS, &|dfb| smooth(entries, dfb)),
             "What a pixel costs differs between resolutions.",
         ),
         claim(
-            "B3D cannot hold the power plant in 1.5 GB at 800x600",
+            "B3D cannot hold the power plant in 1.5 GB at 800x600, by the deepest pixel of Figure 8's walk",
+            walks,
             each(&[B3D], &|_| too_deep(entries)),
             "The frames of this walk have no pixel of so many layers.",
         ),

@@ -5,7 +5,7 @@ use super::contender::{
     B3D, Contender, DFB, DFB_BANDS, DFB_PAPER, DX, PLL, PLL_ENOUGH, PPLL4, PPLL4_ENOUGH,
 };
 use super::plan::Figure;
-use super::runs::{Cycles, Entry, Outcome, Played};
+use super::runs::{Cycles, Entry, Outcome, PHASES, Played};
 use comfy_table::{Table, presets};
 use pellucid_testbench::plots::FiveNumbers;
 use pellucid_testbench::report::{align_right, at_margin, csv_text, grouped};
@@ -21,9 +21,6 @@ pub const PRINTED: [(u32, [u32; 5]); 3] = [
 pub const COLUMNS: [Contender; 5] = [B3D, DFB, PPLL4, PLL, DX];
 /// The columns here: DFB as the paper describes it stands beside the fast one.
 const TABLE: [Contender; 6] = [B3D, DFB, DFB_PAPER, PPLL4, PLL, DX];
-
-/// Phases that some machine has.
-const PHASES: [&str; 5] = ["count", "scan", "store", "rebuild", "resolve"];
 
 /// A number as people read it.
 pub fn number(n: u64) -> String {

@@ -12,10 +12,11 @@ use pellucid_testbench::progress::Progress;
 use pellucid_testbench::trial::Case;
 use rayon::prelude::*;
 use serde_json::{Map, Value as Json, json};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::UNIX_EPOCH;
+use std::{env, fs};
 
 /// What a machine took for frames, or for one of them.
 #[derive(Clone, Debug)]
@@ -25,10 +26,16 @@ pub struct Cycles {
     by_phase: Map<String, Json>,
 }
 
+/// Phases that some machine has.
+pub const PHASES: [&str; 5] = ["count", "scan", "store", "rebuild", "resolve"];
+
 impl Cycles {
+    /// What a report says, if its phases add up.
     fn read(json: &Json) -> Option<Cycles> {
         let by_phase = json.as_object()?.clone();
-        Some(Cycles { total: json["total"].as_u64()?, by_phase })
+        let cycles = Cycles { total: json["total"].as_u64()?, by_phase };
+        let sum: u64 = PHASES.iter().map(|phase| cycles.of(phase)).sum();
+        (sum == cycles.total).then_some(cycles)
     }
 
     /// Those of a phase; none where the machine has no such phase.
@@ -103,8 +110,11 @@ impl Entry {
 }
 
 impl Run {
-    /// What a report says, with the command beside it.
+    /// What a report without faults says, with the command beside it.
     pub fn read(json: &Json) -> Option<Run> {
+        if !json["faults"].as_array()?.is_empty() {
+            return None;
+        }
         let frame = |json: &Json| {
             let layers = json["layer_histogram"].as_array()?.iter().map(Json::as_u64);
             Some(Played {
@@ -183,14 +193,15 @@ impl Runs<'_> {
     fn entry(&self, figure: Figure, frames: &Frames) -> anyhow::Result<Option<Entry>> {
         let folder = self.folder.join(slug(&frames.arguments()));
         let path = folder.join("frames.json");
-        let known =
-            read(&path, "scene", &frames.arguments()).and_then(|json| Need::read(&json["need"]));
+        let made_of = made_of(&frames.scene);
+        let known = read(&path, "scene", &frames.arguments(), &made_of);
+        let known = known.and_then(|json| Need::read(&json["need"]));
         let stored = |contender: &Contender, need: &Need| -> Option<Outcome> {
             if let Some(why) = contender.lacks(need) {
                 return Some(Outcome::Lacks(why));
             }
             let path = file(&folder, contender);
-            let json = read(&path, "command", &command(contender, frames, need))?;
+            let json = read(&path, "command", &command(contender, frames, need), &made_of)?;
             let run = Run::read(&json)?;
             self.kept.fetch_add(1, Ordering::Relaxed);
             Some(Outcome::Run(run))
@@ -209,7 +220,7 @@ impl Runs<'_> {
         if known != Some(need) {
             create_dir(&folder)?;
             let json =
-                json!({ "scene": frames.arguments(), "version": VERSION, "need": need.json() });
+                json!({ "scene": frames.arguments(), "made_of": made_of, "need": need.json() });
             put(&path, &format!("{json:#}\n"))?;
         }
         let each = frames.contenders.par_iter().zip(outcomes).map(|(contender, outcome)| {
@@ -256,18 +267,27 @@ impl Runs<'_> {
         }
         let mut json = trial.report.json();
         json["command"] = json!(command(contender, frames, need));
-        json["version"] = json!(VERSION);
+        json["made_of"] = made_of(&frames.scene);
         Ok(Some(json))
     }
 }
 
-/// The version that a file must be of.
-const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// What a run is made of beside its command: this program, and the scene's file if it has one, each by its size and by when it was
+/// written.
+fn made_of(scene: &str) -> Json {
+    let file = |path: &Path| {
+        let data = fs::metadata(path).ok()?;
+        let written = data.modified().ok()?.duration_since(UNIX_EPOCH).ok()?;
+        Some(format!("{} bytes of {}.{:09}", data.len(), written.as_secs(), written.subsec_nanos()))
+    };
+    let program = env::current_exe().ok().and_then(|path| file(&path));
+    json!({ "version": env!("CARGO_PKG_VERSION"), "program": program, "scene": file(Path::new(scene)) })
+}
 
-/// A file of this version that says of itself what it must.
-fn read(path: &Path, what: &str, expected: &str) -> Option<Json> {
+/// A file that is made of this and says of itself what it must.
+fn read(path: &Path, what: &str, expected: &str, made_of: &Json) -> Option<Json> {
     let json: Json = serde_json::from_slice(&fs::read(path).ok()?).ok()?;
-    (json[what] == expected && json["version"] == VERSION).then_some(json)
+    (json[what] == expected && json["made_of"] == *made_of).then_some(json)
 }
 
 fn file(folder: &Path, contender: &Contender) -> PathBuf {
