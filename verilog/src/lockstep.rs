@@ -129,7 +129,7 @@ pub fn testbench(
         at += width;
     }
     let all: Vec<&str> = outputs.iter().rev().map(|port| port.name.as_str()).collect();
-    let all = all.join(",\n    ");
+    let all = all.join(",\n          ");
     let agrees = "  wire agrees = 1'b1;\n".to_string();
     let memory = memory.map_or(agrees, |memory| memory.beside(&inputs, &outputs));
     format!(
@@ -143,6 +143,8 @@ module lockstep_tb;
   reg next_rst;
   reg [{in_top}:0] next_inputs;
   reg [{out_top}:0] next_expected;
+  // All outputs side by side, only when they are looked at: as a wire they would be put together again for each change.
+  reg [{out_top}:0] found;
   integer file, read, times, k;
   integer cycle = 0;
   integer different = 0;
@@ -150,9 +152,6 @@ module lockstep_tb;
 {wires}  {name} dut (
 {pins}
   );
-  wire [{out_top}:0] found = {{
-    {all}
-  }};
 {memory}
   initial begin
     file = $fopen("{vectors}", "r");
@@ -170,6 +169,9 @@ module lockstep_tb;
       expected = next_expected;
       for (k = 0; k < times && different < 10; k = k + 1) begin
         #4;
+        found = {{
+          {all}
+        }};
         if (!rst && (found !== expected || !agrees)) begin
           different = different + 1;
           if (!agrees) $display("cycle %0d: the outside memory answers otherwise", cycle);
