@@ -88,15 +88,22 @@ fn icarus(folder: &Path) -> Output {
     in_folder(folder, "vvp", &["-N", "lockstep"])
 }
 
-/// Builds and runs the testbench in Verilator.
-fn verilator(folder: &Path) -> Output {
-    // It runs for seconds, so that an optimising compiler would take longer than it saves.
-    let args =
-        ["--binary", "-j", "2", "-MAKEFLAGS", "OPT_FAST=-O0", "-MAKEFLAGS", "OPT_GLOBAL=-O0"];
-    let args = [&args[..], &["--top-module", "lockstep_tb", "-f", "files.f"]].concat();
+/// Builds the testbench in Verilator, in a folder that may have built others before, and runs it.
+fn verilator(folder: &Path, built: &Path) -> Output {
+    // It runs for seconds, so that an optimising compiler would take longer than it saves. For each file Verilator's headers
+    // would be read again, so that all go into one.
+    let mut make = "OPT_FAST=-O0 OPT_GLOBAL=-O0 VM_PARALLEL_BUILDS=0".to_string();
+    // What is of Verilator itself is compiled the first time: an old file is taken as it is.
+    let files = std::fs::read_dir(built).unwrap().map(|file| file.unwrap().file_name());
+    let files = files.map(|file| file.into_string().unwrap());
+    let runtime = files.filter(|file| file.starts_with("verilated") && file.ends_with(".o"));
+    make.extend(runtime.map(|file| format!(" --old-file={file}")));
+    let mut args =
+        vec!["--binary", "-j", "2", "-MAKEFLAGS", &make, "--no-skip-identical", "--Mdir"];
+    args.extend([built.to_str().unwrap(), "--top-module", "lockstep_tb", "-f", "files.f"]);
     let build = in_folder(folder, "verilator", &args);
     assert!(build.status.success(), "{}", text(&build));
-    in_folder(folder, "obj_dir/Vlockstep_tb", &[])
+    in_folder(folder, built.join("Vlockstep_tb").to_str().unwrap(), &[])
 }
 
 #[track_caller]
@@ -139,10 +146,13 @@ fn verilator_agrees_over_a_large_frame() {
     if !tools::have(&["verilator"]) {
         return;
     }
+    let built = tempfile::tempdir().unwrap();
     for arch in ARCHITECTURES {
-        let machine = options(arch, &[arch.tight, arch.ways[0]]);
+        // A frame is sent once for each band: a few bands are enough.
+        let bands: Set = if arch.name == "dfb" { &[("fragments", "4000")] } else { &[] };
+        let machine = options(arch, &[arch.tight, arch.ways[0], bands]);
         let folder = export(&machine, &["--width", "160", "--height", "120"]);
-        passes(folder.path(), &verilator(folder.path()));
+        passes(folder.path(), &verilator(folder.path(), built.path()));
     }
 }
 
@@ -152,7 +162,10 @@ fn faults_are_seen(way: Way, faults: &[(&str, &str, &str)]) {
         return;
     }
     let folder = exercised(way);
-    passes(folder.path(), &icarus(folder.path()));
+    // Without a fault it passes; those of `ways` are held to that in a test of their own.
+    if !ways().iter().any(|(arch, set)| (arch.name, *set) == (way.0.name, way.1)) {
+        passes(folder.path(), &icarus(folder.path()));
+    }
     for (file, right, wrong) in faults {
         let path = folder.path().join(file);
         let good = std::fs::read_to_string(&path).unwrap();
