@@ -1,7 +1,7 @@
 //! `pellucid compare`: several machines on several scenes, side by side.
 
 use super::machine::Choice;
-use super::{DEFAULT_SCENE, NOT_RIGHT, ViewArgs, finished, passes, quoted, say, tell};
+use super::{DEFAULT_SCENE, ViewArgs, finished, not_right, passes, quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
 use comfy_table::Table;
@@ -172,7 +172,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         say(&format!(
             "{}\n{}",
             comparison.table(Table::new().width()),
-            summary(args, &comparison, &left_out)
+            summary(args, &comparison, pass, &left_out)
         ))?;
     }
     Ok(pass)
@@ -219,8 +219,8 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
 }
 
 /// Whether all is right, where everything is, and what is left out.
-fn summary(args: &CompareArgs, comparison: &Comparison, left_out: &[String]) -> String {
-    let result = comparison.approval().unwrap_or(NOT_RIGHT);
+fn summary(args: &CompareArgs, comparison: &Comparison, pass: bool, left_out: &[String]) -> String {
+    let result = comparison.approval().unwrap_or(not_right(pass));
     let mut text = format!("{result}\n\n");
     for (name, what) in [
         ("compare.html", "the figures with plots and images, for a browser"),

@@ -1,6 +1,6 @@
 //! Which machine: an architecture and its parameters.
 
-use anyhow::anyhow;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use pellucid_hw::{ARCHITECTURES, architecture};
 use pellucid_machine::architecture::{Setting, SettingError};
@@ -147,6 +147,12 @@ impl Choice {
             None => (name, None),
         };
         let arch = architecture(arch.trim()).map_err(|e| anyhow!("{origin}: {e}"))?;
+        if let Some(setting) = preset.filter(|preset| preset.contains('=')) {
+            bail!(
+                "{origin}: `{setting}` is no preset; a parameter comes behind a comma: `{},{setting}`",
+                arch.name
+            );
+        }
         let preset = preset.unwrap_or_else(|| (arch.presets)().first().map_or("", |p| p.0));
         let settings = parts.map(|part| settings::parse(part, origin.clone()));
         let settings = settings.collect::<Result<_, _>>()?;

@@ -3,7 +3,7 @@
 use super::check::check;
 use super::machine::MachineArgs;
 use super::wave::WaveArgs;
-use super::{NOT_RIGHT, SceneArgs, complain, finished, passes, say, tell};
+use super::{SceneArgs, complain, finished, not_right, passes, say, tell};
 use anyhow::bail;
 use clap::Args;
 use comfy_table::Table;
@@ -124,7 +124,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         } else {
             "All figures: `--details` prints them.\n".to_string()
         };
-        let result = verdict.approval().unwrap_or(NOT_RIGHT.to_string());
+        let result = verdict.approval().unwrap_or_else(|| not_right(passes).to_string());
         let files = files(args, wave.as_ref(), &seen);
         say(&format!("{result}\n{}\n{files}\n{details}", report.headline()))?;
     }

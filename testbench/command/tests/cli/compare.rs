@@ -304,6 +304,10 @@ fn bad_machines_and_scenes_are_refused() {
             "unknown preset `fats` of `tbuffer` (did you mean `fast`?); known are `fast`, `paper`",
         ),
         ("tbuffer:", "unknown preset `` of `tbuffer`; known are `fast`, `paper`"),
+        (
+            "tbuffer:scan=linear",
+            "`scan=linear` is no preset; a parameter comes behind a comma: `tbuffer,scan=linear`",
+        ),
         ("tbuffer:fast,sections", "expected NAME=VALUE"),
         ("tbuffer,", "expected NAME=VALUE"),
         (

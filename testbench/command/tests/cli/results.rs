@@ -70,12 +70,16 @@ fn drops_are_said_and_fail_unless_allowed() {
          `outside_sections`); {mismatched} pixels differ from the golden model, by "
     );
     let said = stderr(&output);
+    let lossy = "The result is wrong or lossy: see what is said on standard error.\n";
+    assert!(stdout(&output).starts_with(lossy), "{}", stdout(&output));
     assert!(said.starts_with(&format!("error: {start}")), "{said}");
     assert_eq!(said.lines().count(), 1);
     assert_eq!(output.status.code(), Some(1));
     assert!(out.join("image.png").is_file());
 
-    let output = run(folder.path(), &[&few[..], &["--allow-drops", "--quiet"]].concat());
+    let output = run(folder.path(), &[&few[..], &["--allow-drops"]].concat());
+    let allowed = "The result is lossy, which is allowed: see what is said on standard error.\n";
+    assert!(stdout(&output).starts_with(allowed), "{}", stdout(&output));
     let said = stderr(&output);
     assert!(said.starts_with(&format!("warning: {start}")), "{said}");
     assert_eq!(output.status.code(), Some(0));
