@@ -133,10 +133,14 @@ impl Report {
         add("stalls", "streams", n(stalls), "cycles", about);
         let f = &tally.fragments;
         let unit = "fragments per cycle";
+        // What comes again meets final depths: of all that was in front at first, what is visible is there to be resolved.
+        let again = verdict.plays > u64::from(verdict.frames);
+        let resolved = if again { f.blended } else { f.stored };
+        let about_resolved = "Stored fragments done with per cycle of resolve; where frames came again, those that were blended.";
         for (name, phase, part, about) in [
             ("accepted", "store", f.arrived, "Fragments of any kind taken per cycle of store."),
             ("stored", "store", f.stored, "Fragments stored per cycle of store."),
-            ("resolved", "resolve", f.stored, "Stored fragments done with per cycle of resolve."),
+            ("resolved", "resolve", resolved, about_resolved),
         ] {
             if let Some(cycles) = tally.cycles.of(phase) {
                 add("rates", name, rate(part, cycles), unit, about);

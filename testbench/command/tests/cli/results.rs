@@ -321,5 +321,11 @@ fn it_is_told_how_often_a_frame_came() {
         let rebuilt = stats(&["--arch", arch, "-p", few]);
         assert!(plays(&rebuilt) > 1, "{arch}");
         assert_eq!(rebuilt[arch]["rebuilds"], plays(&rebuilt) - 1, "{arch}");
+        // Of what was in front when it first came some is hidden in the end: it is stored, and never resolved.
+        let fragments = |name: &str| rebuilt["fragments"][name].as_f64().unwrap();
+        assert!(fragments("blended") < fragments("stored"), "{arch}");
+        let expected = fragments("blended") / rebuilt["cycles"]["resolve"].as_f64().unwrap();
+        let rate = rebuilt["rates"]["resolved"].as_f64().unwrap();
+        assert!((rate - expected).abs() < 0.0001 && rate <= 1.0, "{arch}: {rate}");
     }
 }
