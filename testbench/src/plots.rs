@@ -2,6 +2,7 @@
 
 use crate::report::grouped;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use serde_json::json;
 use std::io;
@@ -198,19 +199,7 @@ pub fn lines(
             chart.draw_secondary_series([strip])?;
             below = above;
         }
-        let label = |x: &f64| whole(*x).and_then(|x| labels.get(x).cloned()).unwrap_or_default();
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            .light_line_style(TRANSPARENT)
-            .x_labels(2 * labels.len() + 1)
-            .x_label_formatter(&label)
-            .y_labels(6)
-            .y_label_formatter(&number)
-            .label_style(("sans-serif", 14))
-            .x_desc(along)
-            .y_desc(up)
-            .draw()?;
+        axes(&mut chart, labels, (along, up))?;
         if !shares.is_empty() {
             chart
                 .configure_secondary_axes()
@@ -238,6 +227,30 @@ pub(crate) fn shade(k: usize, all: usize) -> RGBColor {
     RGBColor(light, light, light)
 }
 
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Axes with `labels` at the whole numbers along the lower one.
+fn axes(
+    chart: &mut Chart,
+    labels: &[String],
+    (along, up): (&str, &str),
+) -> Result<(), Box<dyn std::error::Error>> {
+    let label = |x: &f64| whole(*x).and_then(|x| labels.get(x).cloned()).unwrap_or_default();
+    chart
+        .configure_mesh()
+        .disable_x_mesh()
+        .light_line_style(TRANSPARENT)
+        .x_labels(2 * labels.len() + 1)
+        .x_label_formatter(&label)
+        .y_labels(6)
+        .y_label_formatter(&number)
+        .label_style(("sans-serif", 14))
+        .x_desc(along)
+        .y_desc(up)
+        .draw()?;
+    Ok(())
+}
+
 /// A number beside an axis.
 fn number(value: &f64) -> String {
     if value.fract() == 0.0 { grouped(&json!(*value as u64)) } else { value.to_string() }
@@ -263,18 +276,7 @@ pub fn boxes(
             .x_label_area_size(45)
             .y_label_area_size(MARGIN)
             .build_cartesian_2d(-0.5..names.len() as f64 - 0.5, 0.0..highest * 1.05)?;
-        let label = |x: &f64| whole(*x).and_then(|x| names.get(x).cloned()).unwrap_or_default();
-        chart
-            .configure_mesh()
-            .disable_x_mesh()
-            .light_line_style(TRANSPARENT)
-            .x_labels(2 * names.len() + 1)
-            .x_label_formatter(&label)
-            .y_labels(6)
-            .y_label_formatter(&number)
-            .label_style(("sans-serif", 14))
-            .y_desc(unit)
-            .draw()?;
+        axes(&mut chart, names, ("", unit))?;
         for (k, group) in values.iter().enumerate() {
             let width = FILLED / group.len() as f64;
             for (n, numbers) in group.iter().enumerate() {

@@ -53,8 +53,9 @@ pub const B3D: Contender = machine("b3d", ("b3d", "paper"), Memory::Deepest);
 pub const PPLL4: Contender = machine("ppll4", ("ppll", "ppll4"), Memory::Growing(1));
 /// Lists of fragments.
 pub const PLL: Contender = machine("pll", ("ppll", "pll"), Memory::Growing(0));
-/// The same two without any memory management.
+/// Lists of pages without any memory management.
 pub const PPLL4_ENOUGH: Contender = machine("ppll4 without", ("ppll", "ppll4"), Memory::Pages(1));
+/// Lists of fragments without any.
 pub const PLL_ENOUGH: Contender = machine("pll without", ("ppll", "pll"), Memory::Pages(0));
 
 /// Those of most figures.
@@ -65,7 +66,7 @@ const FRAGMENT: u64 = 16;
 /// Bytes of a counter, a base, a head or a link.
 const WORD: u64 = 4;
 /// What the paper's computer had, in bytes: 1.5 GB.
-pub const MEMORY: u64 = 1_500_000_000;
+const MEMORY: u64 = 1_500_000_000;
 /// Slots for each pixel of the sample of the DirectX SDK.
 const EIGHT: u64 = 8;
 
@@ -102,28 +103,22 @@ impl Contender {
     /// The parameters that give it that memory, all of it on chip.
     pub fn settings(self, need: &Need) -> Vec<(&'static str, u64)> {
         let Need { pixels, fragments, layers, pages } = *need;
-        let at_least_one = |n: u64| n.max(1);
+        let slots = |n: u64| vec![("fragments", n.max(1)), ("outside_fragments", 0)];
+        let lists = |begin: u64, k: usize| {
+            let most = pages[k].max(1);
+            let begin = begin.clamp(1, most);
+            vec![("pages", begin), ("most_pages", most), ("fragments", most * page(k))]
+        };
         match self.memory {
-            Memory::Counted => {
-                vec![("fragments", at_least_one(fragments)), ("outside_fragments", 0)]
-            }
-            Memory::Quarter => {
-                vec![("fragments", at_least_one(fragments.div_ceil(4))), ("outside_fragments", 0)]
-            }
-            Memory::Eight => vec![("fragments", EIGHT * pixels), ("outside_fragments", 0)],
+            Memory::Counted => slots(fragments),
+            Memory::Quarter => slots(fragments.div_ceil(4)),
+            Memory::Eight => slots(EIGHT * pixels),
             Memory::Deepest => {
-                let layers = at_least_one(layers);
+                let layers = layers.max(1);
                 vec![("layers", layers), ("fragments", pixels * layers)]
             }
-            Memory::Growing(k) => {
-                let pages = at_least_one(pages[k]);
-                let begin = at_least_one(pixels / page(k)).min(pages);
-                vec![("pages", begin), ("most_pages", pages), ("fragments", pages * page(k))]
-            }
-            Memory::Pages(k) => {
-                let pages = at_least_one(pages[k]);
-                vec![("pages", pages), ("most_pages", pages), ("fragments", pages * page(k))]
-            }
+            Memory::Growing(k) => lists(pixels / page(k), k),
+            Memory::Pages(k) => lists(pages[k], k),
         }
     }
 }

@@ -4,7 +4,7 @@ use super::claims::Claim;
 use super::contender::{
     B3D, Contender, DFB, DFB_BANDS, DFB_PAPER, DX, PLL, PLL_ENOUGH, PPLL4, PPLL4_ENOUGH,
 };
-use super::plan::Figure;
+use super::plan::{Figure, MANAGED};
 use super::runs::{Cycles, Entry, Outcome, PHASES, Played};
 use comfy_table::{Table, presets};
 use pellucid_testbench::plots::FiveNumbers;
@@ -12,13 +12,13 @@ use pellucid_testbench::report::{align_right, at_margin, csv_text, grouped};
 use serde_json::{Map, Value as Json, json};
 
 /// Table I of the paper: frames a second on a GeForce GTX 580, for each of its resolutions; the machines in its order.
-pub const PRINTED: [(u32, [u32; 5]); 3] = [
+const PRINTED: [(u32, [u32; 5]); 3] = [
     (500, [1250, 500, 500, 333, 11]),
     (800, [625, 294, 213, 141, 4]),
     (1100, [345, 170, 114, 74, 0]),
 ];
 /// The machines of these columns.
-pub const COLUMNS: [Contender; 5] = [B3D, DFB, PPLL4, PLL, DX];
+const COLUMNS: [Contender; 5] = [B3D, DFB, PPLL4, PLL, DX];
 /// The columns here: DFB as the paper describes it stands beside the fast one.
 const TABLE: [Contender; 6] = [B3D, DFB, DFB_PAPER, PPLL4, PLL, DX];
 
@@ -183,7 +183,9 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
             "need": entry.need.json(),
             "machines": machines,
         });
-        if let Figure::Quads(1 | 10, _) = entry.figure {
+        if let Figure::Quads(number, _) = entry.figure
+            && MANAGED.contains(&number)
+        {
             let costs = MANAGEMENT.iter().zip(management(entry));
             object["memory_management_cycles"] =
                 costs.map(|(what, cycles)| (what.to_string(), json!(cycles))).collect();

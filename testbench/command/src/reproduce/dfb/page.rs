@@ -3,7 +3,7 @@
 use super::claims::Claim;
 use super::contender::{Contender, RIVALS};
 use super::figures::{MANAGEMENT, five_numbers, management, number, table};
-use super::plan::{Figure, NUMBERS, Sizes};
+use super::plan::{Figure, MANAGED, NUMBERS, Sizes};
 use super::runs::Entry;
 use pellucid_testbench::html::{escaped, legend, page as whole, plot, shades};
 use pellucid_testbench::plots::{boxes, groups, lines};
@@ -108,7 +108,7 @@ fn quads(sizes: &Sizes, entries: &[Entry]) -> io::Result<String> {
          beyond the same machine with enough memory. Lists begin with a slot for each pixel.</p>\n{}<div class=\"plots\">\n",
         legend(MANAGEMENT)
     );
-    for number in [NUMBERS[0], NUMBERS[2]] {
+    for number in MANAGED {
         for side in sizes.sides {
             let costs: Vec<_> = frames(number, side).into_iter().map(management).collect();
             let of = |k: usize| costs.iter().map(|costs| point(costs[k])).collect::<Vec<_>>();

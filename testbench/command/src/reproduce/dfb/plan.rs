@@ -21,6 +21,8 @@ pub enum Figure {
 
 /// Quads on top of each other, and models side by side.
 pub const NUMBERS: [u32; 3] = [1, 5, 10];
+/// The quads of Figure 6: the fewest and the most.
+pub const MANAGED: [u32; 2] = [NUMBERS[0], NUMBERS[2]];
 
 /// How much of it all is played.
 #[derive(Clone, Copy)]
@@ -77,8 +79,7 @@ pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<(Figure, Frames)> {
         for side in sizes.sides {
             for percent in sizes.percents {
                 let mut contenders = RIVALS.to_vec();
-                // Figure 6 has the fewest and the most quads.
-                if number != NUMBERS[1] {
+                if MANAGED.contains(&number) {
                     contenders.extend([DFB_BANDS, PPLL4_ENOUGH, PLL_ENOUGH]);
                 }
                 let scene = format!("quads-{number}-{percent}");

@@ -229,7 +229,8 @@ impl Runs<'_> {
                 (None, Some(why)) => Some(Outcome::Lacks(why)),
                 (None, None) => {
                     let run = self.run(contender, frames, &need, &case)?;
-                    let Some(json) = run else { return Ok(None) };
+                    let Some(mut json) = run else { return Ok(None) };
+                    json["made_of"] = made_of.clone();
                     put(&file(&folder, contender), &format!("{json:#}\n"))?;
                     Some(Outcome::Run(
                         Run::read(&json).expect("a report has all that is read of it"),
@@ -267,7 +268,6 @@ impl Runs<'_> {
         }
         let mut json = trial.report.json();
         json["command"] = json!(command(contender, frames, need));
-        json["made_of"] = made_of(&frames.scene);
         Ok(Some(json))
     }
 }
