@@ -12,8 +12,8 @@ use crate::scoreboard::Verdict;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Cycles, MemoryTally, StreamTally, Tally};
-use pellucid_sim::Figures;
+use pellucid_machine::{Cycles, MemoryTally, Model, StreamTally, Tally};
+use pellucid_sim::{Figure, Figures};
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
@@ -98,6 +98,32 @@ fn rate(part: u64, whole: u64) -> Json {
     json!((rate * 10_000.0).round() / 10_000.0)
 }
 
+/// What memories take.
+fn of_memories(memories: &[MemoryTally]) -> [Figure; 3] {
+    let bits = memories.iter().map(|m| memory_values(m)[5]).sum();
+    let bytes = |outside: bool| {
+        let those = memories.iter().filter(|m| m.info.outside == outside);
+        those.map(|m| memory_values(m)[5].div_ceil(8)).sum()
+    };
+    let figure = |name, unit, about, value| Figure { name, unit, about, value };
+    [
+        figure("bits", "bits", "All memories of the model together.", bits),
+        figure(
+            "on_chip_bytes",
+            "bytes",
+            "Memories on the chip, frame buffers included.",
+            bytes(false),
+        ),
+        figure("outside_bytes", "bytes", "Memories outside of the chip.", bytes(true)),
+    ]
+}
+
+/// The figures that a machine has before it has seen a frame, and keeps: `group.name`.
+pub fn known_beforehand(machine: &dyn Model) -> Vec<(String, u64)> {
+    let memories = machine.power_up().tally().memories;
+    of_memories(&memories).map(|f| (format!("storage.{}", f.name), f.value)).into()
+}
+
 impl Report {
     /// The report of one run.
     pub fn new(
@@ -158,15 +184,8 @@ impl Report {
         add("storage", "seed_bytes", n(tally.seed_bytes), "bytes", about);
         let about = "The same for just the storage that was in use at the peak.";
         add("storage", "seed_bytes_used", n(tally.seed_bytes_used), "bytes", about);
-        let bits = tally.memories.iter().map(|m| memory_values(m)[5]).sum();
-        add("storage", "bits", n(bits), "bits", "All memories of the model together.");
-        let bytes = |outside: bool| {
-            let those = tally.memories.iter().filter(|m| m.info.outside == outside);
-            n(those.map(|m| memory_values(m)[5].div_ceil(8)).sum())
-        };
-        let about = "Memories on the chip, frame buffers included.";
-        add("storage", "on_chip_bytes", bytes(false), "bytes", about);
-        add("storage", "outside_bytes", bytes(true), "bytes", "Memories outside of the chip.");
+        let f = of_memories(&tally.memories);
+        f.into_iter().for_each(|f| add("storage", f.name, n(f.value), f.unit, f.about));
         let image = &verdict.image;
         let about = "Pixels that differ from the exact blend.";
         add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);

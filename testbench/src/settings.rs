@@ -62,11 +62,11 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
     }
 }
 
-/// The settings of a TOML file of lines `name = value`, in tables or not.
+/// The text of a file of settings.
 ///
 /// # Errors
-/// The file cannot be read, or has anything but numbers and strings.
-pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
+/// The file cannot be read, is no text, or is too long.
+pub fn text(path: &Path) -> Result<String, SettingsError> {
     let refused = |reason| SettingsError::Read { path: path.to_owned(), reason };
     let mut text = String::new();
     let file = File::open(path).map_err(|error| refused(reason(&error)))?;
@@ -75,7 +75,15 @@ pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
     if read.map_err(|error| refused(reason(&error)))? as u64 > MOST_BYTES {
         return Err(refused(format!("it is longer than {MOST_BYTES} bytes")));
     }
-    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    Ok(text.strip_prefix('\u{feff}').map(str::to_string).unwrap_or(text))
+}
+
+/// The settings of a TOML file of lines `name = value`, in tables or not.
+///
+/// # Errors
+/// The file cannot be read, or has anything but numbers and strings.
+pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
+    let text = text(path)?;
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
         SettingsError::Line {

@@ -111,23 +111,24 @@ impl Case {
         Ok(cases)
     }
 
-    /// The case with so many frames in all, for the one machine that it is for.
+    /// The case with so many frames in all, for machines that it is for.
     ///
     /// # Errors
     /// As [`Case::new`].
     ///
     /// # Panics
-    /// The source is one frame alone.
+    /// The source is one frame alone, or there is no machine.
     pub fn with_frames(
         self,
         frames: u32,
-        machine: &dyn Model,
+        machines: &[&dyn Model],
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
         let later = (1..frames).map(|number| {
             let source = self.source.later(number)?.expect("a source of several frames");
-            let golden = Golden::new(source.screen()).with(machine.arithmetic());
-            Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
+            let arithmetics = machines.iter().map(|machine| machine.arithmetic());
+            let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
+            Ok(judged(&source, &view(machines[0], &source)?, golden, progress)?.0)
         });
         let later = later.collect::<Result<_, CaseError>>()?;
         Ok(Case { later, ..self })

@@ -111,13 +111,14 @@ pub(super) struct Choice {
     pub(super) name: String,
     /// The architecture.
     pub(super) arch: &'static Architecture,
-    preset: String,
-    settings: Vec<Setting>,
+    pub(super) preset: String,
+    pub(super) settings: Vec<Setting>,
     origin: String,
 }
 
 impl Choice {
-    fn new(arch: &'static Architecture, preset: &str, settings: Vec<Setting>) -> Choice {
+    /// A machine of a preset, with settings over it.
+    pub(super) fn new(arch: &'static Architecture, preset: &str, settings: Vec<Setting>) -> Choice {
         let mut name = format!("{}:{preset}", arch.name);
         for Setting { name: key, value, .. } in &settings {
             name += &format!(",{key}={value}");

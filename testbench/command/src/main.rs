@@ -6,6 +6,7 @@
 mod area;
 mod check;
 mod compare;
+mod explore;
 mod export;
 mod list;
 mod machine;
@@ -60,6 +61,8 @@ enum Command {
     Run(run::RunArgs),
     /// Sends scenes through several machines; leaves their figures side by side, with plots
     Compare(compare::CompareArgs),
+    /// Sends scenes through every design of a study, and shows which are worth building
+    Explore(explore::ExploreArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
     /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
@@ -195,6 +198,7 @@ fn main() -> ExitCode {
     let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Explore(args) => explore::explore(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

@@ -60,7 +60,7 @@ pub(super) struct RunArgs {
 const MOST_FRAMES: u32 = 1000;
 
 /// A number of frames.
-fn frames(text: &str) -> Result<u32, String> {
+pub(super) fn frames(text: &str) -> Result<u32, String> {
     let frames = text.parse().ok().filter(|frames| (1..=MOST_FRAMES).contains(frames));
     frames.ok_or_else(|| format!("expected a whole number from 1 to {MOST_FRAMES}"))
 }
@@ -88,7 +88,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
 
     let mut progress = Progress::new("golden model", None, args.quiet);
     let case = Case::new(scene, source, &*machine, &mut progress)?;
-    let case = case.with_frames(args.frames, &*machine, &mut progress)?;
+    let case = case.with_frames(args.frames, &[&*machine], &mut progress)?;
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);

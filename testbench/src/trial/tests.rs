@@ -134,7 +134,7 @@ fn figures_of_frames_add_up_to_those_of_the_run_and_are_each_frames_own() {
     let machine = ARCHITECTURE.build(source().screen(), None, &[]).unwrap();
     let mut progress = Progress::new("", None, true);
     let case = Case::new("glass", source(), &*machine, &mut progress).unwrap();
-    let mut case = case.with_frames(3, &*machine, &mut progress).unwrap();
+    let mut case = case.with_frames(3, &[&*machine], &mut progress).unwrap();
     for warm_up in [0, 1] {
         case.warm_up = warm_up;
         let report = case.run("tbuffer", &*machine, None, &mut progress).unwrap().report;

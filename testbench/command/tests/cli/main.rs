@@ -13,12 +13,16 @@ mod bad_input;
 mod check;
 mod compare;
 mod composer;
+mod explore;
+mod explore_page;
 mod export;
 mod frames;
 mod page;
 mod partial;
 mod reproduce;
 mod results;
+#[path = "../tools/mod.rs"]
+mod tools;
 mod view;
 mod wave;
 

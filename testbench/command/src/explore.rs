@@ -1,0 +1,212 @@
+//! `pellucid explore`: a study, which answers what to build.
+
+mod criteria;
+mod designs;
+mod page;
+mod points;
+mod reading;
+mod results;
+mod space;
+mod standing;
+mod study;
+mod work;
+
+use super::{quoted, say, tell};
+use anyhow::bail;
+use clap::Args;
+use comfy_table::Table;
+use pellucid_machine::params::{did_you_mean, nearest};
+use pellucid_machine::pixel::Screen;
+use pellucid_testbench::output::OutputFolder;
+use pellucid_testbench::progress::Progress;
+use pellucid_testbench::source::Source;
+use pellucid_testbench::trial::Case;
+use points::{Points, Status, figures};
+use reading::{File, StudyError};
+use standing::{Standing, standings};
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+use study::Study;
+use work::{Candidate, Work};
+
+/// A study that says what can stand in one.
+const EXAMPLE: &str = include_str!("explore/example.toml");
+
+#[derive(Args)]
+pub(super) struct ExploreArgs {
+    /// The study: scenes, machines with what their parameters may be, what must hold, and what counts
+    #[arg(value_name = "STUDY.toml", required_unless_present = "example")]
+    study: Option<PathBuf>,
+    /// Only print a study with comments, to begin with
+    #[arg(long)]
+    example: bool,
+    /// The folder for explore.html, points.csv, points.jsonl and columns.json
+    #[arg(long, default_value = "pellucid-explore", value_name = "DIR")]
+    out: PathBuf,
+    /// The folder in which points are kept, each under a hash of all that it depends on; several studies may share it, at the same
+    /// time too [default: `points` in the folder of --out]
+    #[arg(long, value_name = "DIR")]
+    points: Option<PathBuf>,
+    /// Run nothing: show what is kept
+    #[arg(long)]
+    front: bool,
+    /// Print nothing but errors and warnings
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// How often results are written while work goes on.
+const EVERY: Duration = Duration::from_secs(10);
+
+/// Explores; whether a design is on the front and none is wrong.
+pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
+    let Some(path) = args.study.as_ref().filter(|_| !args.example) else {
+        say(EXAMPLE)?;
+        return Ok(true);
+    };
+    let study = Study::read(&File::read(path)?)?;
+    let sources: Vec<Source> =
+        study.scenes.iter().map(study::Scene::open).collect::<anyhow::Result<_>>()?;
+    let screen = sources[0].screen();
+    designs::check(&study.families, screen)?;
+    let designs = study.designs()?;
+    check_figures(&study, &designs, screen)?;
+    let asked = study.search.designs;
+    if study.search.method != study::Method::Grid && designs.len() < asked {
+        tell(&format!("note: only {} different designs were found for {asked}", designs.len()));
+    }
+
+    let _folder = OutputFolder::claim(&args.out)?;
+    let folder = args.points.clone().unwrap_or_else(|| args.out.join("points"));
+    let points = Points::new(&folder)?;
+    let others = points.of_others();
+    if others > 0 {
+        tell(&format!(
+            "note: {others} files of other versions beside `{}` are left alone",
+            points.folder().display()
+        ));
+    }
+    let mut work = Work::new(&study, &points, designs, &sources);
+    let (kept, left) = (work.kept, work.left());
+    let mut command = format!("pellucid explore {}", quoted(&path.display().to_string()));
+    if let Some(points) = &args.points {
+        command += &format!(" --points {}", quoted(&points.display().to_string()));
+    }
+    let write =
+        |candidates: &[Candidate]| results::write(&args.out, &command, &study, &points, candidates);
+    if !args.front {
+        let due = Mutex::new(Instant::now() + EVERY);
+        work.run(sources, args.quiet, |candidates| {
+            if let Ok(mut due) = due.lock()
+                && Instant::now() >= *due
+            {
+                let start = Instant::now();
+                write(candidates)?;
+                // What takes long is not done often.
+                *due = Instant::now() + EVERY.max(20 * start.elapsed());
+            }
+            Ok(())
+        })?;
+    }
+    write(&work.candidates)?;
+    if !args.quiet {
+        say(&results::table(&study, &work.candidates, Table::new().width()))?;
+        say(&summary(args, &study, &work.candidates, &points, (kept, left)))?;
+    }
+    let standings = standings(&study, &work.candidates);
+    let wrong = |candidate: &Candidate| {
+        candidate.outcomes.iter().flatten().any(|outcome| outcome.status == Status::Wrong)
+    };
+    for candidate in work.candidates.iter().filter(|candidate| wrong(candidate)) {
+        tell(&format!("error: {}: the result is wrong", candidate.design.choice.name));
+    }
+    let any = standings.iter().any(|(_, front)| *front);
+    if !any && !args.front {
+        tell("error: no design is left: see `reason` in points.csv");
+    }
+    Ok(any && !work.candidates.iter().any(wrong))
+}
+
+/// How many designs and points there are, what became of them, and where everything is.
+fn summary(
+    args: &ExploreArgs,
+    study: &Study,
+    candidates: &[Candidate],
+    points: &Points,
+    (kept, left): (usize, usize),
+) -> String {
+    let standings = standings(study, candidates);
+    let count = |of: &dyn Fn(&Standing) -> bool| standings.iter().filter(|(s, _)| of(s)).count();
+    let inside = count(&|standing| matches!(standing, Standing::In(_)));
+    let out = count(&|standing| matches!(standing, Standing::Out { .. }));
+    let front = standings.iter().filter(|(_, front)| *front).count();
+    let run = if args.front { 0 } else { left };
+    let mut text = format!(
+        "\n{} designs on {} scenes: {front} on the front, {inside} that hold all constraints, {out} out. {run} points were \
+         run, {kept} were kept",
+        candidates.len(),
+        study.scenes.len(),
+    );
+    match args.front {
+        true => text += &format!(", {left} are left to run.\n\n"),
+        false => text += ".\n\n",
+    }
+    let mut kinds: Vec<(usize, &String)> = vec![];
+    for (standing, _) in &standings {
+        let Standing::Out { kind, .. } = standing else { continue };
+        match kinds.iter_mut().find(|(_, known)| *known == kind) {
+            Some((count, _)) => *count += 1,
+            None => kinds.push((1, kind)),
+        }
+    }
+    if !kinds.is_empty() {
+        let each: Vec<String> =
+            kinds.iter().map(|(count, kind)| format!("{count} {kind}")).collect();
+        text += &format!("Out are: {}.\n\n", each.join(", "));
+    }
+    for (name, what) in results::FILES {
+        text += &format!("  {:32} {what}\n", args.out.join(name).display());
+    }
+    text + &format!("  {:32} every point, for this study and others\n", points.folder().display())
+}
+
+/// Every figure that the study names is one that a design of it has. They are looked up in runs of an empty frame.
+fn check_figures(study: &Study, designs: &[designs::Design], screen: Screen) -> anyhow::Result<()> {
+    let named = study.constraints.iter().map(|c| (&c.figure, &c.place));
+    let named = named.chain(study.objectives.iter().map(|o| (&o.figure, &o.place)));
+    let mut unknown: Vec<(&String, &String)> = named.collect();
+    let mut known: BTreeSet<String> = BTreeSet::new();
+    let mut seen: Vec<(usize, Vec<&String>)> = vec![];
+    for design in designs.iter().filter(|design| design.refused.is_none()) {
+        unknown.retain(|(figure, _)| !known.contains(*figure));
+        if unknown.is_empty() {
+            return Ok(());
+        }
+        // Which figures there are depends on names, not on numbers.
+        let settings = design.choice.settings.iter().map(|setting| &setting.value);
+        let names = settings.filter(|value| value.parse::<f64>().is_err());
+        let kind = (design.family, names.collect());
+        if seen.contains(&kind) {
+            continue;
+        }
+        let Ok(machine) = design.choice.build(screen) else { continue };
+        seen.push(kind);
+        let mut progress = Progress::new("", None, true);
+        let source = Source::Fragments(screen, vec![]);
+        let case = Case::new("nothing", source, &*machine, &mut progress)?;
+        if let Ok(trial) = case.run(design.choice.arch.name, &*machine, None, &mut progress) {
+            known.extend(figures(&trial.report.json()).into_iter().map(|(name, _)| name));
+        }
+    }
+    unknown.retain(|(figure, _)| !known.contains(*figure));
+    let Some((figure, place)) = unknown.first() else { return Ok(()) };
+    if known.is_empty() {
+        bail!("no design of this study can be built: see `pellucid list` for parameters");
+    }
+    let hint = did_you_mean(&nearest(figure, known.iter().map(String::as_str)));
+    let all: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+    let problem = format!("unknown figure `{figure}`{hint}; known are {}", all.join(", "));
+    Err(StudyError::Line { place: place.to_string(), problem }.into())
+}

@@ -1,0 +1,295 @@
+//! `explore`: studies.
+
+use super::*;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
+
+/// Two architectures on two scenes; some designs are too large, some drop fragments.
+pub const STUDY: &str = r#"
+[[scene]]
+scene = "glass"
+width = 40
+height = 30
+[[scene]]
+scene = "quads-3-50"
+width = 32
+height = 24
+
+[[machine]]
+arch = "tbuffer"
+section_capacity = [1, 3]
+sections = [16, 2048]
+outside_sections = "= 2 * sections"
+
+[[machine]]
+arch = "dfb"
+fragments = [1024, 200000]
+outside_fragments = 0
+index = ["up", "down"]
+
+[constraints]
+"storage.on_chip_bytes" = "<= 1 MiB"
+
+[objectives]
+"cycles.total" = { goal = "min", scenes = "sum" }
+"storage.on_chip_bytes" = { goal = "min", scenes = "max" }
+"#;
+
+pub fn write(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("study.toml");
+    fs::write(&path, text).unwrap();
+    path
+}
+
+pub fn explore(folder: &Path, args: &[&str]) -> Output {
+    pellucid(folder, &[&["explore", "study.toml", "--quiet"], args].concat())
+}
+
+/// The rows that a study has left.
+fn rows(out: &Path) -> Vec<Value> {
+    let text = fs::read_to_string(out.join("points.jsonl")).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Each point is what `run` gives for its command, and the front is what its definition says.
+#[test]
+fn points_are_runs_and_the_front_is_what_nothing_beats() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    exact(explore(folder.path(), &[]));
+    let out = folder.path().join("pellucid-explore");
+    let rows = rows(&out);
+    let mut sums: BTreeMap<u64, (Vec<f64>, bool)> = BTreeMap::new();
+    let mut statuses: BTreeMap<String, u32> = BTreeMap::new();
+    for row in &rows {
+        *statuses.entry(row["status"].as_str().unwrap().to_string()).or_default() += 1;
+        let words = row["command"].as_str().unwrap().strip_prefix("pellucid ").unwrap();
+        let words: Vec<&str> = words.split(' ').collect();
+        let output = pellucid(folder.path(), &[&words[..], &["--no-wave", "--quiet"]].concat());
+        match row["status"].as_str().unwrap() {
+            "right" => assert_eq!(output.status.code(), Some(0), "{row}"),
+            "lossy" => assert_eq!(output.status.code(), Some(1), "{row}"),
+            "excluded" => {
+                let stats = stats(&folder.path().join("pellucid-out"));
+                assert!(stats["storage"]["on_chip_bytes"].as_u64().unwrap() > 1 << 20, "{row}");
+                continue;
+            }
+            other => panic!("{other}: {row}"),
+        }
+        let stats = stats(&folder.path().join("pellucid-out"));
+        for (name, value) in row.as_object().unwrap() {
+            let Some((group, figure)) = name.split_once('.') else { continue };
+            let expected = match group {
+                "parameter" if figure == "preset" => continue,
+                "parameter" => &stats["config"][figure],
+                _ => &stats[group][figure],
+            };
+            assert_eq!(value.as_f64(), expected.as_f64(), "{name} of {row}");
+        }
+        let (sum, right) =
+            sums.entry(row["design"].as_u64().unwrap()).or_insert((vec![0.0; 2], true));
+        sum[0] += stats["cycles"]["total"].as_f64().unwrap();
+        sum[1] = sum[1].max(stats["storage"]["on_chip_bytes"].as_f64().unwrap());
+        *right &= row["status"] == "right" && sum[1] <= 1_048_576.0;
+    }
+    assert!(statuses.contains_key("lossy") && statuses.contains_key("excluded"), "{statuses:?}");
+    let inside: Vec<(&u64, &Vec<f64>)> = sums
+        .iter()
+        .filter(|(_, (_, right))| *right)
+        .map(|(design, (sum, _))| (design, sum))
+        .collect();
+    assert!(inside.len() > 2, "{sums:?}");
+    for row in &rows {
+        let design = row["design"].as_u64().unwrap();
+        let on = inside.iter().find(|(other, _)| **other == design).is_some_and(|(_, own)| {
+            !inside.iter().any(|(_, sum)| sum.iter().zip(*own).all(|(a, b)| a <= b) && sum != own)
+        });
+        assert_eq!(row["front"], on, "{row}");
+    }
+    // Every column is said what it is.
+    let columns: Value =
+        serde_json::from_slice(&fs::read(out.join("columns.json")).unwrap()).unwrap();
+    let head = fs::read_to_string(out.join("points.csv")).unwrap();
+    for column in head.lines().next().unwrap().split(',') {
+        let about = columns[column]["about"].as_str().unwrap();
+        assert!(about.ends_with('.'), "{column}: {about}");
+    }
+    assert_eq!(
+        names(&out),
+        ["columns.json", "explore.html", "points", "points.csv", "points.jsonl"]
+    );
+}
+
+/// What was done is not done again: by the same study, by another one, or after it was killed.
+#[test]
+fn points_are_kept() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let out = |name: &str| folder.path().join(name);
+    exact(explore(folder.path(), &["--points", "kept", "--out", "a"]));
+    let points = fs::read_dir(fs::read_dir(out("kept")).unwrap().next().unwrap().unwrap().path());
+    let count = points.unwrap().count();
+    let say = |study: &str, args: &[&str]| {
+        write(folder.path(), study);
+        let output = pellucid(folder.path(), &[&["explore", "study.toml"], args].concat());
+        stdout(&exact(output)).to_string()
+    };
+    // All but the file that says what figures are.
+    let kept = format!("0 points were run, {} were kept", count - 1);
+    let again = say(STUDY, &["--points", "kept", "--out", "b"]);
+    assert!(again.contains(&kept), "{again}");
+    for name in ["points.csv", "points.jsonl", "columns.json"] {
+        assert_eq!(fs::read(out("a").join(name)).unwrap(), fs::read(out("b").join(name)).unwrap());
+    }
+    // Another study over some of the same points, and one new design.
+    let other = STUDY.replace("sections = [16, 2048]", "sections = [2048, 4096]");
+    let more = say(&other, &["--points", "kept", "--out", "c"]);
+    assert!(more.contains(" 4 points were run, "), "{more}");
+    // Whatever is there when the process is killed is whole, and is not done again.
+    let args = ["explore", "study.toml", "--points", "killed", "--out", "d", "--quiet"];
+    write(folder.path(), STUDY);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+        .args(args)
+        .current_dir(folder.path())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let done = || {
+        let program = fs::read_dir(out("killed")).ok()?.next()?.ok()?.path();
+        let names = fs::read_dir(program).ok()?.flatten().map(|entry| entry.file_name());
+        Some(names.filter(|name| !name.to_string_lossy().starts_with('.')).count())
+    };
+    while done().is_none_or(|done| done < 2) && child.try_wait().unwrap().is_none() {
+        sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let rest = say(STUDY, &["--points", "killed", "--out", "d"]);
+    assert!(!rest.contains(" 0 were kept"), "{rest}");
+    assert_eq!(
+        fs::read(out("a").join("points.csv")).unwrap(),
+        fs::read(out("d").join("points.csv")).unwrap()
+    );
+    // Nothing is run, and what is kept is shown.
+    let front = say(&other, &["--points", "killed", "--out", "e", "--front"]);
+    assert!(
+        front.contains(" 0 points were run, ") && front.contains(", 4 are left to run."),
+        "{front}"
+    );
+}
+
+#[test]
+fn the_example_runs() {
+    let folder = folder();
+    let example = exact(pellucid(folder.path(), &["explore", "--example"]));
+    let example = stdout(&example).replace("160\nheight = 120", "24\nheight = 18");
+    write(folder.path(), &example);
+    exact(explore(folder.path(), &[]));
+    let scenes: Vec<Value> =
+        rows(&folder.path().join("pellucid-explore")).iter().map(|r| r["scene"].clone()).collect();
+    assert!(scenes.contains(&json!("--scene smoke --width 24 --height 18")), "{scenes:?}");
+}
+
+#[test]
+fn what_is_wrong_with_a_study_is_said_with_its_line() {
+    let folder = folder();
+    let machine = "[[machine]]\narch = \"tbuffer\"\n";
+    let scene = "[[scene]]\nscene = \"glass\"\nwidth = 8\nheight = 8\n";
+    for (study, message) in [
+        ("", "`study.toml`, line 1: no scene is given: expected at least one `[[scene]]`"),
+        (scene, "`study.toml`, line 1: no machine is given: expected at least one `[[machine]]`"),
+        (
+            &format!("[[scene]]\nscene = \"glass\"\nwidth = 0\n{machine}"),
+            "`study.toml`, line 3: `scene.width` is `0`: expected a whole number from 1 to 8192",
+        ),
+        (
+            "[[scene]]\nscene = \"glas\"\n[[machine]]\narch = \"tbuffer\"\n",
+            "`study.toml`, line 1: unknown scene `glas` (did you mean `glass`?)",
+        ),
+        (
+            &format!("{scene}[[machine]]\narch = \"t\"\n"),
+            "`study.toml`, line 6: `machine.arch` is `t`: unknown architecture `t`",
+        ),
+        (
+            &format!("{scene}{machine}preset = \"fst\"\n"),
+            "`study.toml`, line 7: unknown preset `fst` of `tbuffer` (did you mean `fast`?)",
+        ),
+        (
+            &format!("{scene}{machine}section = 1\n"),
+            "`study.toml`, line 7: unknown parameter `section` (did you mean `sections`?)",
+        ),
+        (
+            &format!("{scene}{machine}section_capacity = [3, 0]\n"),
+            "`study.toml`, line 7: parameter `section_capacity` is `0`: expected ",
+        ),
+        (
+            &format!("{scene}{machine}sections = {{ from = 1, to = 9 }}\n"),
+            "`study.toml`, line 7: the range of `sections` has no `steps`, which a grid needs",
+        ),
+        (
+            &format!("{scene}{machine}sections = \"= 2 * capacity\"\n"),
+            "`study.toml`, line 7: the formula of `sections` stands on `capacity`: expected ",
+        ),
+        (
+            &format!("{scene}{machine}[constraints]\n\"cycles.all\" = \"< 1\"\n"),
+            "`study.toml`, line 8: unknown figure `cycles.all`",
+        ),
+        (
+            &format!("{scene}{machine}[objectives]\n\"cycles.total\" = \"least\"\n"),
+            "`study.toml`, line 8: `cycles.total` is `least`: expected `min` or `max`",
+        ),
+        (
+            &format!("{scene}{machine}[search]\nmethod = \"random\"\n"),
+            "`study.toml`, line 7: expected `designs`, how many are looked at",
+        ),
+        (&format!("{scene}{scene}{machine}"), "`study.toml`, line 5: the scene is given twice"),
+    ] {
+        write(folder.path(), study);
+        let output = explore(folder.path(), &[]);
+        let said = stderr(&output);
+        assert!(said.starts_with(&format!("error: {message}")), "{study}\n{said}");
+        assert_eq!(output.status.code(), Some(2), "{said}");
+    }
+    assert_eq!(names(folder.path()), ["study.toml"]);
+    let missing = pellucid(folder.path(), &["explore", "no.toml"]);
+    assert!(stderr(&missing).starts_with("error: cannot read `no.toml`: "), "{}", stderr(&missing));
+}
+
+/// Parameters that do not go together are a result, too; where nothing else is left, that is said.
+#[test]
+fn a_study_without_a_design_left_fails() {
+    let folder = folder();
+    write(
+        folder.path(),
+        "[[scene]]\nscene = \"glass\"\nwidth = 8\nheight = 8\n[[machine]]\narch = \"tbuffer\"\nsections = 1\noutside_sections = 0\n",
+    );
+    let output = explore(folder.path(), &[]);
+    assert_eq!(stderr(&output), "error: no design is left: see `reason` in points.csv\n");
+    assert_eq!(output.status.code(), Some(1));
+    let rows = rows(&folder.path().join("pellucid-explore"));
+    assert_eq!(rows[0]["status"], "lossy");
+}
+
+/// What pandas reads of it: one line, a row for each point, numbers as numbers.
+#[test]
+fn pandas_loads_points() {
+    let folder = folder();
+    let python =
+        |code: &str| Command::new("python3").args(["-c", code]).current_dir(folder.path()).output();
+    if !python("import pandas").is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 with pandas is not installed");
+        return;
+    }
+    write(folder.path(), STUDY);
+    exact(explore(folder.path(), &[]));
+    let rows = rows(&folder.path().join("pellucid-explore"));
+    let right = rows.iter().filter(|row| row["status"] == "right");
+    let total: u64 = right.clone().map(|row| row["cycles.total"].as_u64().unwrap()).sum();
+    let code = "import pandas; p = pandas.read_csv('pellucid-explore/points.csv')\n\
+                r = p[p.status == 'right']; print(len(p), len(r), int(r['cycles.total'].sum()))";
+    let output = python(code).unwrap();
+    assert_eq!(stdout(&output).trim(), format!("{} {} {total}", rows.len(), right.count()));
+}
