@@ -17,6 +17,7 @@
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
 //! | [`rebuild`] | lets what a frame may use grow until the frame fits |
+//! | [`walker`] | set-up and edge walk of primitives |
 //! | [`weights`] | weight factors in fixed point |
 
 pub mod allocator;
@@ -39,6 +40,7 @@ pub mod sequencer;
 pub mod skid;
 pub mod sorter;
 pub mod table_cache;
+pub mod walker;
 pub mod weights;
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 use super::distributor::MOST_LOAD;
 use super::scan_line::bucket_sort;
 use super::{
-    Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store, walker,
+    Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store,
 };
-use pellucid_blocks::sorter;
+use pellucid_blocks::{sorter, walker};
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::primitive::Primitive;

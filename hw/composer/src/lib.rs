@@ -29,7 +29,6 @@ pub mod scan_lines;
 pub mod store;
 pub mod sweep;
 pub mod transparency;
-pub mod walker;
 
 #[cfg(test)]
 mod test_util;

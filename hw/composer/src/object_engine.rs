@@ -14,7 +14,7 @@
 //! before, the image merger reads pixel by pixel and wipes what it has read.
 
 use super::merging_unit::Opaque;
-use super::walker::{self, Walker};
+use pellucid_blocks::walker::{self, Walker};
 use pellucid_blocks::depth_test::{self, DepthTest};
 use pellucid_blocks::frame_buffer::{self, FrameBuffer};
 use pellucid_machine::pixel::{Marked, Screen};

@@ -19,7 +19,7 @@ pub mod monitor;
 
 use super::double_buffer::{self, DoubleBuffer};
 use super::transparency::{In, Moore};
-use super::walker::{self, Walker};
+use pellucid_blocks::walker::{self, Walker};
 use pellucid_blocks::front::{Phase, Status};
 use pellucid_machine::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_machine::primitive::{Format, Primitive};

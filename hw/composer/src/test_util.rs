@@ -2,7 +2,8 @@
 
 use crate::config::Distribution;
 use crate::scan_line::{self, bucket_sort};
-use crate::{Config, distributor, merger, object_engine, raster, scan_lines, store, walker};
+use crate::{Config, distributor, merger, object_engine, raster, scan_lines, store};
+use pellucid_blocks::walker;
 use pellucid_rbuffer::config::{self as rbuffer, Overflow, Params};
 pub use pellucid_test_util::*;
 
