@@ -20,10 +20,11 @@
 pub mod primitive;
 
 use crate::image::Image;
-use pellucid_machine::arithmetic::Layer;
+use pellucid_machine::arithmetic::{Layer, Shading, Unshaded};
 use pellucid_machine::census::add;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_machine::{Arithmetic, Census};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// No record: the end of a pixel's chain. It bounds the records, whose indices are below it.
@@ -186,6 +187,7 @@ impl Reference {
     /// What a machine cannot change about the frame.
     pub fn census(&self) -> Census {
         Census {
+            transparent: self.transparent,
             stored: self.stored,
             histogram: self.stored_histogram.clone(),
             visible: self.layer_histogram.clone(),
@@ -358,7 +360,10 @@ impl Golden {
     fn blend(&mut self) {
         let mut known = std::mem::take(&mut self.known);
         let (mut layers, mut own): (Vec<(u32, Layer)>, Vec<Layer>) = (vec![], vec![]);
-        for group in self.pixels[self.held.clone()].chunks(GROUP) {
+        let width = self.info.width;
+        for (first, group) in
+            self.held.clone().step_by(GROUP).zip(self.pixels[self.held.clone()].chunks(GROUP))
+        {
             self.layers(group, &mut layers);
             let mut rest = &layers[..];
             for (number, pixel) in (0..).zip(group) {
@@ -368,7 +373,9 @@ impl Golden {
                 own.clear();
                 own.extend(of_pixel.iter().map(|(_, layer)| *layer));
                 for (by, image) in &mut known.further {
-                    image.pixels.extend(by.colour.map(|colour| colour(&own, pixel.colour)));
+                    let place = (first as u32) + number;
+                    let shaded = shaded(by, &own, place % width, place / width);
+                    image.pixels.extend(by.colour.map(|colour| colour(&shaded, pixel.colour)));
                 }
                 // The sort is stable, so equal depths keep arrival order.
                 own.sort_by_key(|layer| Z_FAR - layer.z);
@@ -409,6 +416,15 @@ impl Golden {
         layers.reverse();
         layers.sort_by_key(|(pixel, _)| *pixel);
     }
+}
+
+/// The layers of the pixel in column `x` and row `y`, as `by` shades them.
+fn shaded<'a>(by: &Arithmetic, layers: &'a [Layer], x: u32, y: u32) -> Cow<'a, [Layer]> {
+    let Some(Shading { program, colour }) = by.shading else { return Cow::Borrowed(layers) };
+    let unshaded = |&Layer { z, rgba }: &Layer| Unshaded { x, y, z, rgba };
+    let Some(last) = layers.last().map(unshaded) else { return Cow::Borrowed(layers) };
+    let shade = |layer: &Layer| Layer { rgba: colour(program, unshaded(layer), last), ..*layer };
+    layers.iter().map(shade).collect()
 }
 
 /// Counts one pixel with `fragments` fragments.

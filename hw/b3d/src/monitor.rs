@@ -125,11 +125,14 @@ impl Plays {
 impl Machine for B3d {
     type Item = Fragment;
     type Monitor = B3dMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
     const PHASES: &[PhaseInfo] = PHASES;
 
     fn replays(cfg: &Config) -> bool {
         cfg.arrays.rebuild.rebuilds()
+    }
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
     }
 
     #[inline(always)]

@@ -2,9 +2,7 @@
 
 use super::distributor::MOST_LOAD;
 use super::scan_line::bucket_sort;
-use super::{
-    Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store,
-};
+use super::{Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store};
 use pellucid_blocks::{sorter, walker};
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;

@@ -71,7 +71,6 @@ impl<T: Transparency> ComposerMonitor<T> {
 impl<T: Transparency> Machine for Composer<T> {
     type Item = Primitive;
     type Monitor = ComposerMonitor<T>;
-    const ARITHMETIC: Arithmetic = T::ARITHMETIC;
     const PHASES: &[PhaseInfo] = PHASES;
 
     fn dealer(cfg: &Self::Config) -> Option<Dealer> {
@@ -81,6 +80,10 @@ impl<T: Transparency> Machine for Composer<T> {
             Item::Primitive(primitive) if primitive.opaque => engines.engine(primitive),
             _ => 0,
         }))
+    }
+
+    fn arithmetic(cfg: &Self::Config) -> Arithmetic {
+        T::arithmetic(&cfg.transparency)
     }
 
     #[inline(always)]

@@ -14,9 +14,9 @@
 //! before, the image merger reads pixel by pixel and wipes what it has read.
 
 use super::merging_unit::Opaque;
-use pellucid_blocks::walker::{self, Walker};
 use pellucid_blocks::depth_test::{self, DepthTest};
 use pellucid_blocks::frame_buffer::{self, FrameBuffer};
+use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_sim::{

@@ -19,8 +19,8 @@ pub mod monitor;
 
 use super::double_buffer::{self, DoubleBuffer};
 use super::transparency::{In, Moore};
-use pellucid_blocks::walker::{self, Walker};
 use pellucid_blocks::front::{Phase, Status};
+use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, Screen, Z_FAR};
 use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_machine::{FragmentIn, InConfig, Machine};

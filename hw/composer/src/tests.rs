@@ -85,7 +85,8 @@ fn image<C>(cfg: &Config<C>, frame: &[Triangle], counts: &mut Fragments) -> (Vec
     };
     let image = (0..screen.pixels()).map(|p| at((p % screen.width, p / screen.width))).collect();
     let stored = histogram.iter().zip(0..).map(|(pixels, layers)| pixels * layers).sum();
-    (image, Census { stored, visible: histogram.clone(), histogram })
+    let transparent = counts.blended + counts.culled;
+    (image, Census { transparent, stored, visible: histogram.clone(), histogram })
 }
 
 /// Plays frames, and holds images and counts to what is known without the machine.

@@ -21,7 +21,7 @@ pub trait Transparency:
     /// Watches it.
     type Monitor: Watch<Self>;
     /// How it makes colours.
-    const ARITHMETIC: Arithmetic;
+    fn arithmetic(cfg: &Self::Config) -> Arithmetic;
     /// Its port to outside memory.
     fn port(_: &Self::Config) -> outside::Config {
         outside::Config::NONE

@@ -93,11 +93,14 @@ impl DfbMonitor {
 impl Machine for Dfb {
     type Item = Fragment;
     type Monitor = DfbMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
     const PHASES: &[PhaseInfo] = PHASES;
 
     fn replays(_: &Config) -> bool {
         true
+    }
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
     }
 
     #[inline(always)]

@@ -3,6 +3,8 @@
 /// What is known of a frame without the machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Census {
+    /// N: transparent fragments, hidden or not.
+    pub transparent: u64,
     /// F: transparent fragments in front of the opaque depth at their arrival.
     pub stored: u64,
     /// `[i]` is N_i: pixels with exactly `i` of them.
@@ -15,7 +17,8 @@ impl Census {
     /// Several frames as one.
     pub fn together(frames: &[Census]) -> Census {
         let mut all = Census::default();
-        for Census { stored, histogram, visible } in frames {
+        for Census { transparent, stored, histogram, visible } in frames {
+            all.transparent += transparent;
             all.stored += stored;
             add(&mut all.histogram, histogram);
             add(&mut all.visible, visible);

@@ -43,10 +43,10 @@ pub trait Machine:
     type Item: ItemType;
     /// Watches it.
     type Monitor: Monitor<Self>;
-    /// How it makes colours.
-    const ARITHMETIC: Arithmetic;
     /// Its phases, [`MAX_PHASES`](crate::phase::MAX_PHASES) at most.
     const PHASES: &'static [PhaseInfo];
+    /// How it makes colours.
+    fn arithmetic(cfg: &Self::Config) -> Arithmetic;
     /// Whether it may ask for a frame again: see [`Ports::replay`].
     fn replays(_: &Self::Config) -> bool {
         false

@@ -60,7 +60,7 @@ impl<M: Machine> Model for Configured<M> {
         M::Item::KIND
     }
     fn arithmetic(&self) -> Arithmetic {
-        M::ARITHMETIC
+        M::arithmetic(&self.cfg)
     }
     fn phases(&self) -> &'static [PhaseInfo] {
         M::PHASES

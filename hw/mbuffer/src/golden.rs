@@ -23,7 +23,7 @@ use pellucid_machine::arithmetic::Layer;
 
 /// The weighted sum: close to the exact blend, not equal to it.
 pub const WEIGHTED_SUM: Arithmetic =
-    Arithmetic { name: "weighted sum", colour: Some(colour), error_bound };
+    Arithmetic { name: "weighted sum", colour: Some(colour), shading: None, error_bound };
 
 /// One, as what is let through: 2^16.
 const ALL_THROUGH: u64 = 1 << 16;

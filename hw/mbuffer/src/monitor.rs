@@ -79,8 +79,11 @@ impl<A: Allocator> Machine for MBuffer<A> {
     type Item = Fragment;
     type Monitor = MBufferMonitor;
 
-    const ARITHMETIC: Arithmetic = golden::WEIGHTED_SUM;
     const PHASES: &[PhaseInfo] = PHASES;
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        golden::WEIGHTED_SUM
+    }
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {

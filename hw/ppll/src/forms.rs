@@ -146,7 +146,8 @@ mod tests {
     /// A frame of which so many pixels have 0, 1, 2... fragments when they come, and in the end.
     fn frame(histogram: &[u64], visible: &[u64]) -> Census {
         let (histogram, visible) = (histogram.to_vec(), visible.to_vec());
-        Census { stored: fragments(&histogram), histogram, visible }
+        let stored = fragments(&histogram);
+        Census { transparent: stored, stored, histogram, visible }
     }
 
     fn plays(growth: Growth, frames: &[Census]) -> Option<Plays> {

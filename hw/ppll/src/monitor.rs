@@ -113,11 +113,14 @@ impl PpllMonitor {
 impl Machine for Ppll {
     type Item = Fragment;
     type Monitor = PpllMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
     const PHASES: &[PhaseInfo] = PHASES;
 
     fn replays(cfg: &Config) -> bool {
         cfg.rebuild.rebuilds()
+    }
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
     }
 
     #[inline(always)]

@@ -97,11 +97,14 @@ impl RBufferMonitor {
 impl Machine for RBuffer {
     type Item = Fragment;
     type Monitor = RBufferMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
     const PHASES: &[PhaseInfo] = PHASES;
 
     fn replays(cfg: &Config) -> bool {
         cfg.replay
+    }
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
     }
 
     #[inline(always)]

@@ -66,8 +66,11 @@ impl TBufferMonitor {
 impl<A: Allocator> Machine for TBuffer<A> {
     type Item = Fragment;
     type Monitor = TBufferMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
     const PHASES: &[PhaseInfo] = PHASES;
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
+    }
 
     #[inline(always)]
     fn ports(out: &Out) -> Ports {

@@ -51,7 +51,10 @@ struct Peak {
 
 impl Transparency for ScanLines {
     type Monitor = ScanLinesMonitor;
-    const ARITHMETIC: Arithmetic = Arithmetic::BLEND;
+
+    fn arithmetic(_: &Config) -> Arithmetic {
+        Arithmetic::BLEND
+    }
 
     fn closed_forms(cfg: &Config, tally: &Tally, _: &[Census]) -> Vec<Check> {
         vec![Check {

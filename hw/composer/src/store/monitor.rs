@@ -37,7 +37,10 @@ fn here(block: &'static str) -> &'static str {
 
 impl<M: FragmentStore> Transparency for Store<M> {
     type Monitor = StoreMonitor<M>;
-    const ARITHMETIC: Arithmetic = M::ARITHMETIC;
+
+    fn arithmetic(cfg: &Config<M::Config>) -> Arithmetic {
+        M::arithmetic(&cfg.store)
+    }
 
     fn port(cfg: &Config<M::Config>) -> outside::Config {
         M::port(&cfg.store)
