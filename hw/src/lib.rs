@@ -12,6 +12,7 @@ pub static ARCHITECTURES: &[&Architecture] = &[
     &pellucid_dfb::architecture::ARCHITECTURE,
     &pellucid_b3d::architecture::ARCHITECTURE,
     &pellucid_ppll::architecture::ARCHITECTURE,
+    &pellucid_fbuffer::architecture::ARCHITECTURE,
 ];
 
 /// The architecture of that name.

@@ -1,0 +1,51 @@
+//! What the architecture says of itself.
+
+use crate::FBuffer;
+use crate::config::{Config, PRESETS, Params};
+use pellucid_machine::Architecture;
+use pellucid_machine::architecture::{
+    Built, Draw, Needs, Parameterised, Setting, about, chosen, one_of,
+};
+use pellucid_machine::model::Configured;
+use pellucid_machine::params::Parameters;
+use pellucid_machine::pixel::Screen;
+
+/// See the module's description.
+pub static ARCHITECTURE: Architecture = Architecture {
+    name: "fbuffer",
+    about: "F-buffer: shading in several passes through a FIFO in rasterisation order",
+    presets: || about(PRESETS),
+    parameters: Params::list,
+    model,
+    small,
+    ways: &[
+        &[("program", "glass")],
+        &[("program", "random"), ("targets", "3"), ("component_bits", "16"), ("overflow", "batch")],
+        &[("program", "tint")],
+        &[("program", "glass"), ("early_depth", "before_window"), ("component_bits", "8")],
+        &[("program", "glass"), ("store", "framebuffer"), ("component_bits", "16")],
+    ],
+    tight: &[("size", "16"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
+};
+
+fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
+    let params = chosen(PRESETS, preset, settings)?;
+    let cfg = Config::new(screen, params)?;
+    Ok(Box::new(Configured::<FBuffer> { cfg, values: params.values() }))
+}
+
+fn small(draw: &mut Draw, _: Needs) -> Parameterised {
+    // Any size will do: a frame has as many windows or batches as it needs.
+    vec![
+        ("size", (1 << draw(2..=5)).to_string()),
+        ("targets", draw(1..=4).to_string()),
+        ("component_bits", one_of(draw, &["8", "16", "32"]).to_string()),
+        ("program", one_of(draw, &["tint", "restore", "glass", "random", "random"]).to_string()),
+        ("seed", draw(0..=1000).to_string()),
+        ("store", one_of(draw, &["fbuffer", "fbuffer", "framebuffer"]).to_string()),
+        ("early_depth", one_of(draw, &["off", "before_window"]).to_string()),
+        ("overflow", one_of(draw, &["window", "batch"]).to_string()),
+        ("vertex_cycles", draw(1..=3).to_string()),
+        ("fragment_cycles", draw(1..=5).to_string()),
+    ]
+}

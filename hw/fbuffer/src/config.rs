@@ -1,0 +1,235 @@
+//! The parameters, and what the blocks derive from them.
+
+use crate::program::{Kind, MOST_TARGETS, Program};
+use crate::window::Places;
+use crate::{plays, shader, window};
+use pellucid_blocks::walker;
+use pellucid_machine::params::{ParamError, Preset, power_of_two};
+use pellucid_machine::pixel::Screen;
+use pellucid_machine::{choice, parameters};
+
+/// Vertices of a primitive.
+pub const VERTICES: u32 = 3;
+/// The longest side of an F-buffer.
+const MOST_SIDE: u32 = 2048;
+
+choice! {
+    /// What becomes of fragments for which there is no place.
+    pub enum Overflow {
+        /// They come again, a window of fragments after the other.
+        Window = "window",
+        /// They come again, in smaller batches of primitives.
+        Batch = "batch",
+    }
+}
+
+choice! {
+    /// Where a pass leaves what it knows of a fragment.
+    pub enum Store {
+        /// In the F-buffer, in a place of its own.
+        FBuffer = "fbuffer",
+        /// At its pixel, as the traditional way is: the last one of a pixel overwrites all others.
+        FrameBuffer = "framebuffer",
+    }
+}
+
+choice! {
+    /// Whether hidden fragments are dropped before they are shaded.
+    pub enum EarlyDepth {
+        /// They are not.
+        Off = "off",
+        /// They are, before they are counted.
+        BeforeWindow = "before_window",
+    }
+}
+
+choice! {
+    /// Bits of a component.
+    pub enum ComponentBits {
+        /// A byte.
+        Eight = "8",
+        /// Two bytes.
+        Sixteen = "16",
+        /// Four bytes.
+        ThirtyTwo = "32",
+    }
+}
+
+impl ComponentBits {
+    /// The number.
+    pub fn bits(self) -> u32 {
+        match self {
+            ComponentBits::Eight => 8,
+            ComponentBits::Sixteen => 16,
+            ComponentBits::ThirtyTwo => 32,
+        }
+    }
+}
+
+parameters! {
+    /// What a user chooses.
+    pub struct Params {
+        /// Places along a side of the F-buffer: a power of two.
+        size: u32 = 256, "places", 1..=MOST_SIDE;
+        /// Targets that a pass writes, each of four components.
+        targets: u32 = 1, "targets", 1..=MOST_TARGETS;
+        /// Bits of a component.
+        component_bits: ComponentBits = ComponentBits::ThirtyTwo, "bits", ();
+        /// The fragment program.
+        program: Kind = Kind::Glass, "", ();
+        /// What the program is drawn from (program=random).
+        seed: u32 = 1, "", 0..=u32::MAX;
+        /// What happens to fragments for which there is no place: they come again a window after the other, or in smaller batches of primitives.
+        overflow: Overflow = Overflow::Window, "", ();
+        /// Where a pass leaves what it knows: in a place of each fragment's own, or the traditional way in one place for each pixel.
+        store: Store = Store::FBuffer, "", ();
+        /// Whether hidden fragments are dropped before they are counted, once all that is opaque is drawn.
+        early_depth: EarlyDepth = EarlyDepth::Off, "", ();
+        /// From vertex to vertex of a submission.
+        vertex_cycles: u32 = 1, "cycles", 1..=256;
+        /// From fragment to fragment of a pass.
+        fragment_cycles: u32 = 1, "cycles", 1..=256;
+    }
+}
+
+/// All presets; the first is the default.
+pub const PRESETS: &[Preset<Params>] = &[
+    Preset {
+        name: "x800",
+        about: "overflow=window: windows over the fragments of a submission, as ATI's X800 has them.",
+        params: Params::default,
+    },
+    Preset {
+        name: "r9800",
+        about: "overflow=batch: overflow is noticed after the first pass, as on ATI's 9800, and smaller batches are submitted.",
+        params: || Params { overflow: Overflow::Batch, ..Params::default() },
+    },
+];
+
+/// Everything that the blocks need to know, checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The parameters.
+    pub params: Params,
+    /// Vertices, and the edge walk.
+    pub walker: walker::Config,
+    /// From play to play.
+    pub plays: plays::Config,
+    /// The fragment program.
+    pub shader: shader::Config,
+    /// Hidden fragments are dropped before they are counted.
+    pub early: bool,
+}
+
+impl Config {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// `size` is no power of two.
+    pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
+        power_of_two("size", params.size)?;
+        let program = Program::new(params.program, params.seed, params.targets);
+        let places = match params.store {
+            _ if program.count == 1 => Places::None,
+            Store::FBuffer => Places::Counted(2 * params.size.ilog2()),
+            Store::FrameBuffer => Places::Pixel,
+        };
+        let window = window::Config {
+            screen,
+            places,
+            fragment_cycles: params.fragment_cycles,
+            windows: matches!(places, Places::Counted(_)) && params.overflow == Overflow::Window,
+        };
+        let early =
+            params.early_depth == EarlyDepth::BeforeWindow || params.store == Store::FrameBuffer;
+        let set_up_cycles = VERTICES * params.vertex_cycles;
+        Ok(Config {
+            params,
+            walker: walker::Config { screen, set_up_cycles, fragment_cycles: 1 },
+            plays: plays::Config {
+                window,
+                passes: program.count,
+                background: early || program.count == 1,
+            },
+            shader: shader::Config {
+                window,
+                program,
+                targets: params.targets,
+                bits: params.component_bits.bits(),
+            },
+            early,
+        })
+    }
+
+    /// The screen.
+    #[inline]
+    pub fn screen(&self) -> &Screen {
+        &self.walker.screen
+    }
+
+    /// The window.
+    #[inline]
+    pub fn window(&self) -> &window::Config {
+        &self.plays.window
+    }
+
+    /// Words of the F-buffer: none where a program has one pass.
+    #[inline]
+    pub fn words(&self) -> u32 {
+        self.shader.words()
+    }
+
+    /// Bits of a word.
+    pub fn word_bits(&self) -> u32 {
+        self.shader.values() * self.shader.bits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pellucid_machine::params::Parameters;
+
+    const SCREEN: Screen = Screen { width: 640, height: 480, background: 0 };
+
+    fn config(settings: &[(&str, &str)]) -> Result<Config, String> {
+        let mut params = Params::default();
+        for (name, value) in settings {
+            params.set(name, value).map_err(|error| error.to_string())?;
+        }
+        Config::new(SCREEN, params).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn presets_set_what_they_say() {
+        let of = |name| (PRESETS.iter().find(|p| p.name == name).unwrap().params)().overflow;
+        assert_eq!((of("x800"), of("r9800")), (Overflow::Window, Overflow::Batch));
+    }
+
+    /// Four floats at 1024x1024 are 16 MiB, four targets of them 64 MiB (seed 003, section 3.1).
+    #[test]
+    fn the_papers_buffers_are_as_large_as_printed() {
+        for (targets, mib) in [("1", 16), ("4", 64)] {
+            let cfg = config(&[("size", "1024"), ("targets", targets)]).unwrap();
+            assert_eq!(u64::from(cfg.words()) * u64::from(cfg.word_bits()) / 8, mib << 20);
+        }
+    }
+
+    #[test]
+    fn a_side_is_a_power_of_two() {
+        assert_eq!(
+            config(&[("size", "48")]).unwrap_err(),
+            "parameter `size` is 48: expected a power of two"
+        );
+        assert_eq!(config(&[("size", "2048")]).unwrap().words(), 1 << 22);
+        assert!(config(&[("size", "4096")]).is_err());
+    }
+
+    #[test]
+    fn one_pass_needs_no_buffer() {
+        let cfg = config(&[("program", "tint")]).unwrap();
+        assert_eq!((cfg.words(), cfg.plays.background), (0, true));
+        let cfg = config(&[("program", "random"), ("seed", "7")]).unwrap();
+        assert_eq!((cfg.words(), cfg.plays.background), (1 << 16, false));
+    }
+}

@@ -1,0 +1,381 @@
+//! The hardware F-buffer of seed 003: shading in several passes over the same primitives, with a FIFO in rasterisation order for
+//! what a pass leaves for the next one.
+//!
+//! ```text
+//!               +--------+   +--------+   +--------+ last pass, opaque +-------+   +------------+
+//!  primitive -->| Walker |-->| Window |-->| Shader |------------------>| Front |-->| Compositor |
+//!               +--------+   +--------+   +--------+                   |       |   +------------+
+//!                    ^            | read    ^    | write               |       |<------- colour
+//!  replay            |            v         |    v                     +-------+--> image
+//!    ^          +--------+      +---------------------+
+//!    +----------| Plays  |      | F-buffer            |
+//!               +--------+      +---------------------+
+//! ```
+//! A frame is played once for each pass of each [window](window) of fragments. In the last pass fragments are tested and blended
+//! in the order in which they come; before it tests and blending are off, and each fragment leaves its values in its own place
+//! of the F-buffer, where it finds them again in the next pass, as the same fragments come in the same order.
+
+pub mod architecture;
+pub mod buffer;
+pub mod compositor;
+pub mod config;
+pub mod early_test;
+pub mod golden;
+pub mod monitor;
+pub mod plays;
+pub mod program;
+pub mod shader;
+pub mod window;
+
+#[cfg(test)]
+mod test_util;
+
+use buffer::Buffer;
+use compositor::Compositor;
+use config::Config;
+use early_test::EarlyTest;
+use pellucid_blocks::front::{self, Front};
+use pellucid_blocks::walker::{self, Walker};
+use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
+use pellucid_machine::primitive::{Format, Primitive};
+use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn};
+use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, WritePort, rtl};
+use plays::{Play, Plays};
+use shader::Shader;
+use window::Window;
+
+/// The machine.
+#[derive(Clone, Copy, Debug)]
+pub struct FBuffer;
+
+/// What the machine is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub enum MachinePhase {
+    /// After reset: clearing its memories.
+    #[default]
+    Clear,
+    /// Ready for a frame.
+    Idle,
+    /// Drawing what is opaque, and nothing else.
+    Background,
+    /// In a pass before the last one.
+    Store,
+    /// In the last pass of a window.
+    Resolve,
+    /// The image is done, but the one before is still being shown.
+    Wait,
+}
+
+/// The same by name, in the order of [`MachinePhase`].
+pub const PHASES: &[PhaseInfo] = &[
+    front::PHASES[front::Phase::Clear as usize],
+    front::PHASES[front::Phase::Idle as usize],
+    PhaseInfo {
+        name: "background",
+        about: "The frame comes for its opaque fragments alone.",
+        works: true,
+        counts: true,
+    },
+    PhaseInfo {
+        name: "store",
+        about: "Passes before the last one, which leave their values in the F-buffer.",
+        works: true,
+        counts: true,
+    },
+    PhaseInfo {
+        name: "resolve",
+        about: "Last passes: shaded fragments are tested and blended.",
+        works: true,
+        counts: true,
+    },
+    front::PHASES[front::Phase::Wait as usize],
+];
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// See [`plays`].
+    #[with(cfg.plays)]
+    #[block(Plays)]
+    pub plays: plays::State,
+    /// See [`walker`].
+    #[with(cfg.walker)]
+    #[block(Walker)]
+    pub walker: walker::State,
+    /// See [`early_test`].
+    #[with(cfg.walker.screen)]
+    #[block(EarlyTest)]
+    #[exists(cfg.early)]
+    pub early_test: early_test::State,
+    /// See [`window`].
+    #[with(cfg.plays.window)]
+    #[block(Window)]
+    pub window: window::State,
+    /// See [`shader`].
+    #[with(cfg.shader)]
+    #[block(Shader)]
+    pub shader: shader::State,
+    /// See [`buffer`].
+    #[with(cfg.shader)]
+    #[block(Buffer)]
+    #[exists(cfg.plays.window.stores())]
+    pub buffer: buffer::State,
+    /// See [`front`].
+    #[with(cfg.walker.screen)]
+    #[block(Front)]
+    pub front: front::State,
+    /// See [`compositor`].
+    #[with(cfg.walker.screen)]
+    #[block(Compositor)]
+    pub compositor: compositor::State,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// See [`buffer`].
+    #[block(Buffer, cfg.shader)]
+    #[exists(cfg.plays.window.stores())]
+    pub buffer: buffer::Mem,
+    /// See [`front`].
+    #[block(Front, cfg.walker.screen)]
+    pub front: front::Mem,
+}
+
+/// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what its blocks did.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What the machine is at.
+    pub phase: MachinePhase,
+    /// Primitives come in, then the end of the frame.
+    #[with(Format::whole(cfg.walker.screen))]
+    pub primitive: Handshake<Marked<Primitive>>,
+    /// The finished image goes out, pixel by pixel, `0xRRGGBB`.
+    #[with(24)]
+    pub image: Handshake<u32>,
+    /// What comes next is the same frame again, from its first primitive.
+    pub replay: bool,
+    /// What the play is.
+    #[with(cfg.plays.window)]
+    pub play: Play,
+    /// Fragments on their way to be counted.
+    #[with(cfg.walker.screen)]
+    pub fragment: Handshake<Marked<Fragment>>,
+    /// Fragments on their way to the depth test: opaque ones, and shaded ones that were not tested before.
+    #[with(cfg.walker.screen)]
+    pub shaded: Handshake<Marked<Fragment>>,
+    /// Shaded ones that are in front, to be blended.
+    #[with(cfg.walker.screen)]
+    pub blends: Handshake<Marked<PixelFragment>>,
+    /// Transparent fragments of the play so far.
+    #[width(window::COUNT_BITS)]
+    #[exists(cfg.plays.window.counts())]
+    pub counted: u32,
+    /// What happened.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Events {
+    /// A primitive is submitted.
+    pub submitted: bool,
+    /// A fragment goes on to be shaded.
+    pub shaded: bool,
+    /// A fragment is discarded, outside of the window.
+    pub discarded: bool,
+    /// An opaque fragment was drawn.
+    pub drawn: bool,
+    /// An opaque fragment was hidden.
+    pub hidden: bool,
+    /// A transparent fragment was hidden.
+    pub culled: bool,
+    /// A shaded fragment was blended.
+    pub blended: bool,
+    /// A play is over.
+    pub over: bool,
+    /// It was the first pass of a batch that does not fit.
+    pub wasted: bool,
+    /// The image is being shown.
+    pub scanout: bool,
+    /// The machine holds a finished frame.
+    pub frame_done: bool,
+}
+
+/// The phase of the machine whose front is at `front`, with a frame at hand or not.
+#[inline(always)]
+#[rtl]
+fn phase(front: front::Phase, busy: bool, shades: bool, last: bool) -> MachinePhase {
+    match front {
+        front::Phase::Clear => MachinePhase::Clear,
+        front::Phase::Wait => MachinePhase::Wait,
+        front::Phase::Idle | front::Phase::Store | front::Phase::Resolve => {
+            if !busy {
+                MachinePhase::Idle
+            } else if !shades {
+                MachinePhase::Background
+            } else if last {
+                MachinePhase::Resolve
+            } else {
+                MachinePhase::Store
+            }
+        }
+    }
+}
+
+#[rtl(
+    name = "fbuffer",
+    input = InConfig { screen: cfg.walker.screen, outside: pellucid_machine::outside::Config::NONE },
+    check(FBuffer, crate::test_util::small_fbuffer(&[])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("overflow", "batch"), ("fragment_cycles", "3")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "tint")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("store", "framebuffer")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("early_depth", "before_window")]))
+)]
+impl Block for FBuffer {
+    type Config = Config;
+    type State = State;
+    type In = PrimitiveIn;
+    type Moore = ();
+    type Out = Out;
+    type Mem = Mem;
+
+    fn moore(_: &Config, _: &State, _: &Mem) {}
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: PrimitiveIn) -> Out {
+        let screen = &cfg.walker.screen;
+
+        // What every block shows before its inputs are known.
+        let plays = Plays::moore(&cfg.plays, &q.plays, &());
+        let walked = Walker::moore(&cfg.walker, &q.walker, &()).fragment;
+        let window = Window::moore(&cfg.plays.window, &q.window, &());
+        let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
+        let front = Front::moore(screen, &q.front, &m.front);
+
+        // What a pass gives: to the depth test; or at once to be blended, if it was tested before; or to the F-buffer.
+        let Marked { end, item } = running.payload;
+        let coloured = shader::coloured(&cfg.shader, item);
+        let tests = end || is_opaque(coloured.rgba) || (plays.last && !cfg.early);
+        let shaded =
+            Stream { valid: running.valid && tests, payload: Marked { end, item: coloured } };
+        let advance = !shaded.valid || front.status.ready;
+        let write =
+            Stream { valid: running.valid && !tests && !plays.last, payload: item.placed.place };
+        let mut to_blend = front.passed;
+        if cfg.early && running.valid && !tests && plays.last {
+            let Fragment { x, y, z, rgba, label } = coloured;
+            to_blend = Stream::offer(Marked::item(PixelFragment {
+                pixel: y * cfg.walker.screen.width + x,
+                z,
+                rgba,
+                label,
+            }));
+        }
+
+        let to_compositor = compositor::In { fragment: to_blend, colour: front.colour };
+        let composed =
+            Compositor::next(screen, &q.compositor, &mut d.compositor, &mut (), to_compositor);
+
+        // Primitives come while the play is open; of those that are not submitted nothing is seen.
+        let open =
+            plays.open && matches!(front.status.phase, front::Phase::Idle | front::Phase::Store);
+        let Marked { end: ends, item: primitive } = i.primitive.payload;
+        let offered = i.primitive.valid && open;
+        let skipped = !ends && plays.skips;
+        let mut fragment = walked;
+        if cfg.early {
+            fragment = early_test::passed(
+                EarlyTest::moore(screen, &q.early_test, &()).stage,
+                front.depth,
+                plays.play.shades,
+            );
+        }
+        let to_window = window::In { fragment, play: plays.play, advance, over: composed.ended };
+        let windowed =
+            Window::next(&cfg.plays.window, &q.window, &mut d.window, &mut (), to_window);
+        let values = Buffer::moore(&cfg.shader, &q.buffer, &m.buffer).values;
+        if cfg.plays.window.stores() {
+            let to_buffer = buffer::In {
+                read: windowed.read,
+                write,
+                values: shader::values(&cfg.shader, item),
+                second: plays.pass & 1 == 1,
+            };
+            Buffer::next(&cfg.shader, &q.buffer, &mut d.buffer, &mut m.buffer, to_buffer);
+        }
+        let mut tested = early_test::Out { taken: windowed.taken, ..early_test::Out::default() };
+        if cfg.early {
+            let to_early_test = early_test::In {
+                fragment: walked,
+                tests: plays.play.shades,
+                depth: front.depth,
+                passed_taken: windowed.taken,
+            };
+            tested =
+                EarlyTest::next(screen, &q.early_test, &mut d.early_test, &mut (), to_early_test);
+        }
+        let to_walker = walker::In {
+            primitive: Stream {
+                valid: offered && !skipped,
+                payload: Marked { end: ends, item: primitive },
+            },
+            fragment_ready: tested.taken,
+        };
+        let taken = Walker::next(&cfg.walker, &q.walker, &mut d.walker, &mut (), to_walker).taken;
+        let ready = open && (skipped || taken);
+
+        let to_shader = shader::In { fragment: window.placed, values, pass: plays.pass, advance };
+        Shader::next(&cfg.shader, &q.shader, &mut d.shader, &mut (), to_shader);
+
+        let to_plays = plays::In {
+            comes: i.primitive.valid && ready,
+            end: ends,
+            over: composed.ended,
+            counted: window.counted,
+            done: plays.finished && !front.status.shows,
+        };
+        let played = Plays::next(&cfg.plays, &q.plays, &mut d.plays, &mut (), to_plays);
+
+        let to_front = front::In {
+            fragment: shaded,
+            image_ready: i.image_ready,
+            passed_ready: true,
+            stored: played.finished,
+            resolved: plays.finished,
+            again: played.again,
+            cleared: true,
+            depth_read: tested.depth_read,
+            depth_write: WritePort::default(),
+            colour_read: composed.colour_read,
+            colour_write: composed.colour_write,
+        };
+        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let busy = plays.busy || offered;
+        Out {
+            phase: phase(front.status.phase, busy, plays.play.shades, plays.last),
+            primitive: i.primitive.with(ready),
+            image: front.status.image.with(i.image_ready),
+            replay: plays.replay,
+            play: plays.play,
+            fragment: walked.with(tested.taken),
+            shaded: shaded.with(front.status.ready),
+            blends: to_blend.with(true),
+            counted: window.counted,
+            events: Events {
+                submitted: offered && !skipped && taken && !ends,
+                shaded: windowed.shaded,
+                discarded: windowed.discarded,
+                drawn: done.drawn,
+                hidden: done.hidden,
+                culled: done.culled || tested.culled,
+                blended: composed.blended,
+                over: composed.ended,
+                wasted: played.wasted,
+                scanout: front.status.shows,
+                frame_done: done.frame_done,
+            },
+        }
+    }
+}

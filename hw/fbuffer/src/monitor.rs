@@ -1,0 +1,298 @@
+//! Watches the machine: counts what it does and holds its streams to their rules.
+
+use super::config::{Config, Store, VERTICES};
+use super::{FBuffer, MachinePhase, Out, PHASES, State};
+use crate::golden;
+use pellucid_blocks::front;
+use pellucid_blocks::front::monitor::FrontMonitor;
+use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
+use pellucid_machine::primitive::Primitive;
+use pellucid_machine::{
+    Arithmetic, Census, Check, Dealer, Fragments, Machine, Memories, Monitor, PhaseCounts,
+    PhaseInfo, Ports, Seen, Tally, outside, seen, waits,
+};
+use pellucid_sim::signals::state_name;
+use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
+
+pellucid_sim::counters! {
+    /// The machine's own figures.
+    pub struct FBufferCounters {
+        /// Transparent fragments that get a place (N): all, hidden or not, or where depth is tested early the visible ones.
+        fragments: "fragments",
+        /// Windows over these, or batches of primitives, that were shaded to the end; one at least for each frame.
+        windows: "windows",
+        /// How often the primitives were submitted: for each pass of each window, and for the background if it has a play of its own.
+        submissions: "submissions",
+        /// Primitives of the frames.
+        primitives: "primitives",
+        /// Vertices that were processed, three for each primitive of a submission.
+        vertices: "vertices",
+        /// Fragments that went through a pass.
+        shaded: "fragments",
+        /// Fragments that were discarded before a pass, outside of its window.
+        discarded: "fragments",
+        /// First passes of batches that did not fit.
+        wasted_passes: "passes",
+        /// Fragments that went through these.
+        wasted_fragments: "fragments",
+        /// Passes of a sort over memory.
+        sort_passes: "passes",
+    }
+}
+
+/// See the module's description.
+pub struct FBufferMonitor {
+    phases: PhaseCounts,
+    fragments: Fragments,
+    own: FBufferCounters,
+    frames: u64,
+    /// Fragments that this play has shaded.
+    of_play: u64,
+    /// The most places that were in use.
+    most: u64,
+    primitive: StreamMonitor<Marked<Primitive>>,
+    fragment: StreamMonitor<Marked<Fragment>>,
+    shaded: StreamMonitor<Marked<Fragment>>,
+    blends: StreamMonitor<Marked<PixelFragment>>,
+    image: StreamMonitor<u32>,
+}
+
+impl FBufferMonitor {
+    fn streams(&self) -> Vec<Seen> {
+        vec![
+            seen(&self.primitive),
+            seen(&self.fragment),
+            seen(&self.shaded),
+            seen(&self.blends),
+            seen(&self.image),
+        ]
+    }
+}
+
+impl Machine for FBuffer {
+    type Item = Primitive;
+    type Monitor = FBufferMonitor;
+    const PHASES: &[PhaseInfo] = PHASES;
+
+    fn replays(_: &Config) -> bool {
+        true
+    }
+
+    /// One engine draws all that is opaque, before a transparent fragment is tested.
+    fn dealer(_: &Config) -> Option<Dealer> {
+        Some(Box::new(|_| 0))
+    }
+
+    fn arithmetic(cfg: &Config) -> Arithmetic {
+        let params = &cfg.params;
+        golden::arithmetic(
+            params.program,
+            params.seed,
+            params.targets,
+            cfg.shader.bits,
+            params.store == Store::FrameBuffer,
+        )
+    }
+
+    #[inline(always)]
+    fn ports(out: &Out) -> Ports {
+        Ports {
+            phase: out.phase as u8,
+            item_ready: out.primitive.ready,
+            image: out.image,
+            replay: out.replay,
+            outside: outside::Wires::default(),
+        }
+    }
+
+    fn screen(cfg: &Config) -> Screen {
+        *cfg.screen()
+    }
+
+    fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
+        let figure = |name| tally.figure(name);
+        let check = |what, expected, found| Check { what, expected, found };
+        let window = cfg.window();
+        let places = u64::from(window.places());
+        let passes = u64::from(cfg.plays.passes);
+        let of = |frame: &Census| {
+            let visible = (0..).zip(&frame.visible).map(|(layers, pixels)| layers * pixels).sum();
+            if cfg.early { visible } else { frame.transparent }
+        };
+        let fragments: u64 = frames.iter().map(of).sum();
+        let background = if cfg.plays.background { frames.len() as u64 } else { 0 };
+        let (windows, wasted) = (figure("windows"), figure("wasted_passes"));
+        let mut checks = vec![
+            check("fragments that get a place, N", fragments, figure("fragments")),
+            check(
+                "submissions, windows * passes, those of wasted passes and of the background",
+                windows * passes + wasted + background,
+                figure("submissions"),
+            ),
+            check(
+                "fragments shaded, N * passes and those of wasted passes",
+                fragments * passes + figure("wasted_fragments"),
+                figure("shaded"),
+            ),
+        ];
+        if !cfg.plays.batches() {
+            let windows_of = |frame: &Census| {
+                if window.counts() { of(frame).div_ceil(places).max(1) } else { 1 }
+            };
+            checks.extend([
+                check(
+                    "windows, ceil(N / S) of each frame",
+                    frames.iter().map(windows_of).sum(),
+                    windows,
+                ),
+                check(
+                    "fragments discarded, N * (ceil(N / S) - 1) * passes of each frame",
+                    frames.iter().map(|frame| of(frame) * (windows_of(frame) - 1) * passes).sum(),
+                    figure("discarded"),
+                ),
+                check("wasted passes", 0, wasted),
+            ]);
+            if let [_] = frames {
+                checks.push(check(
+                    "vertices, three for each primitive of each submission",
+                    u64::from(VERTICES) * figure("primitives") * figure("submissions"),
+                    figure("vertices"),
+                ));
+            }
+        }
+        if let Some(buffer) = tally.memory("buffer.words") {
+            checks.extend([
+                check(
+                    "words written, N * (passes - 1) and those of wasted passes",
+                    fragments * (passes - 1) + figure("wasted_fragments"),
+                    buffer.info.writes,
+                ),
+                check("words read, N * (passes - 1)", fragments * (passes - 1), buffer.info.reads),
+            ]);
+        }
+        // Neither vertices nor fragments come faster than they can.
+        let cycles = tally.cycles.total;
+        let least = [
+            u64::from(VERTICES * cfg.params.vertex_cycles) * figure("vertices")
+                / u64::from(VERTICES),
+            u64::from(cfg.params.fragment_cycles)
+                * (figure("shaded").saturating_sub(figure("submissions")))
+                + figure("discarded"),
+        ];
+        for least in least {
+            checks.push(check("cycles, at least the larger term", least, least.min(cycles)));
+        }
+        checks
+    }
+}
+
+impl Monitor<FBuffer> for FBufferMonitor {
+    fn new(_: &Config) -> FBufferMonitor {
+        FBufferMonitor {
+            phases: PhaseCounts::default(),
+            fragments: Fragments::default(),
+            own: FBufferCounters::default(),
+            frames: 0,
+            of_play: 0,
+            most: 0,
+            primitive: StreamMonitor::new("primitive", "source", "walker"),
+            fragment: StreamMonitor::new("fragment", "walker", "window"),
+            shaded: StreamMonitor::new("shaded", "shader", "depth_test"),
+            blends: StreamMonitor::new("blends", "depth_test", "compositor"),
+            image: StreamMonitor::new("image", "scanout", "display"),
+        }
+    }
+
+    #[inline(always)]
+    fn observe(&mut self, cfg: &Config, q: &State, o: &Out) -> Result<(), Violation> {
+        let e = &o.events;
+        self.phases.observe(o.phase as u8, e.scanout);
+        self.image.observe(o.image)?;
+        if o.phase == MachinePhase::Clear {
+            return Ok(());
+        }
+        self.primitive.observe(o.primitive)?;
+        self.fragment.observe(o.fragment)?;
+        self.shaded.observe(o.shaded)?;
+        self.blends.observe(o.blends)?;
+        let (own, fragments) = (&mut self.own, &mut self.fragments);
+        let first = o.play.draws;
+        own.primitives += u64::from(e.submitted && first);
+        own.vertices += u64::from(e.submitted) * u64::from(VERTICES);
+        own.discarded += u64::from(e.discarded);
+        self.of_play += u64::from(e.shaded);
+        let came = o.fragment.fires() && !o.fragment.payload.end && first;
+        fragments.arrived += u64::from(came);
+        fragments.drawn += u64::from(e.drawn);
+        fragments.hidden += u64::from(e.hidden);
+        // All that get a place go by once in the last pass of the first window, of each batch.
+        let last = o.play.shades && q.plays.pass + 1 == cfg.plays.passes && o.play.window == 0;
+        own.fragments += u64::from(last && (e.shaded || e.discarded));
+        fragments.culled +=
+            u64::from(last && e.culled && cfg.early) + u64::from(e.culled && !cfg.early);
+        fragments.blended += u64::from(e.blended);
+        if e.over {
+            self.over(cfg, q, o);
+        }
+        self.frames += u64::from(e.frame_done);
+        Ok(())
+    }
+
+    fn transfers(&self) -> u64 {
+        self.streams().iter().map(|stream| stream.tally.transfers).sum()
+    }
+
+    fn deadlock(&self, cycle: u64, idle: u64, q: &State) -> Deadlock {
+        let state = |block: &str| match block {
+            "scanout" => FrontMonitor::state(block, &q.front),
+            _ => state_name(front::Phase::Store),
+        };
+        Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
+    }
+
+    fn tally(&self, cfg: &Config, memories: &[(String, StorageInfo)]) -> Tally {
+        let mut memories = Memories::new(memories);
+        let word_bytes = u64::from(cfg.word_bits() / 8);
+        let words = if cfg.window().counts() { self.most } else { cfg.words().into() };
+        if cfg.window().counts() {
+            memories.set_peak("buffer.words", self.most);
+        }
+        let passes = u64::from(cfg.plays.passes);
+        Tally {
+            cycles: self.phases.cycles(PHASES),
+            further_cycles: vec![],
+            fragments: Fragments { stored: self.fragments.blended, ..self.fragments },
+            dropped_since: "a primitive has more fragments than the F-buffer has places (see `size` and `overflow`)",
+            streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
+            memories: memories.tallies(),
+            seed_accesses: 2 * (passes - 1) * self.own.fragments,
+            seed_bytes: word_bytes * u64::from(cfg.words()),
+            seed_bytes_used: word_bytes * words,
+            own: self.own.figures(),
+            outside: vec![],
+        }
+    }
+}
+
+impl FBufferMonitor {
+    /// A play is over.
+    #[cold]
+    fn over(&mut self, cfg: &Config, q: &State, o: &Out) {
+        let own = &mut self.own;
+        own.submissions += 1;
+        own.shaded += self.of_play;
+        if o.events.wasted {
+            own.wasted_passes += 1;
+            own.wasted_fragments += self.of_play;
+        }
+        if cfg.window().counts() {
+            self.most = self.most.max(self.of_play);
+        }
+        let accepted = o.play.shades && !o.events.wasted;
+        if accepted && cfg.plays.batches() && q.plays.pass == 0 {
+            self.fragments.dropped += u64::from(o.counted) - self.of_play;
+        }
+        own.windows += u64::from(accepted && q.plays.pass + 1 == cfg.plays.passes);
+        self.of_play = 0;
+    }
+}

@@ -1,0 +1,226 @@
+//! The window: counts a play's transparent fragments, gives those of the window their place in the F-buffer, and discards all
+//! others before they are shaded.
+//!
+//! ```text
+//!               +--------+
+//!  fragment --->|        |---> placed (Stream)
+//!  taken <------| Window |---> read (of the place)
+//!  play ------->|        |---> counted
+//!               +--------+<--- advance
+//! ```
+//! Fragment `n` of a play, counted from 0, is in window `n / S` and has place `n % S`, for a buffer of S places; so it has the same
+//! one in each pass. From one that is shaded to the next it takes `fragment_cycles`; one that is discarded takes a cycle, and so
+//! does an opaque one, which is drawn in a frame's first play and is not counted. Where places are those of pixels there is one
+//! window.
+
+use crate::plays::Play;
+use pellucid_machine::pixel::{Fragment, MOST_PIXEL_BITS, Marked, Screen, is_opaque};
+use pellucid_sim::{Block, Signals, Stream, bits_for, check_range, rtl};
+
+/// See the module's description.
+pub struct Window;
+
+/// Bits of how many fragments a play has.
+pub const COUNT_BITS: u32 = 32;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// Where a fragment leaves what it knows.
+    pub places: Places,
+    /// Cycles from a fragment that is shaded to the next, at least 1.
+    pub fragment_cycles: u32,
+    /// There are windows beyond the first; else what is beyond it is not shaded.
+    pub windows: bool,
+}
+
+/// Where a fragment leaves what it knows between two passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Places {
+    /// Nowhere: there is one pass.
+    None,
+    /// In a place of its own, of 2 to the power of so many, at most 22.
+    Counted(u32),
+    /// At its pixel.
+    Pixel,
+}
+
+impl Config {
+    /// Fragments have places of their own.
+    #[inline]
+    pub fn counts(&self) -> bool {
+        matches!(self.places, Places::Counted(_))
+    }
+    /// There are places.
+    #[inline]
+    pub fn stores(&self) -> bool {
+        self.places != Places::None
+    }
+    /// Bits of a place.
+    #[inline]
+    pub fn place_bits(&self) -> u32 {
+        match self.places {
+            Places::None => 0,
+            Places::Counted(bits) => bits,
+            Places::Pixel => self.screen.pixel_bits(),
+        }
+    }
+    /// Places.
+    #[inline]
+    pub fn places(&self) -> u32 {
+        match self.places {
+            Places::None => 0,
+            Places::Counted(bits) => 1 << bits,
+            Places::Pixel => self.screen.pixels(),
+        }
+    }
+    /// Bits of a window's number.
+    #[inline]
+    pub fn window_bits(&self) -> u32 {
+        if self.windows { COUNT_BITS - self.place_bits() } else { 0 }
+    }
+}
+
+/// A fragment with its place; that of an opaque one is without meaning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct Placed {
+    /// The fragment.
+    #[with(cfg.screen)]
+    pub fragment: Fragment,
+    /// Its place.
+    #[width(cfg.place_bits())]
+    pub place: u32,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Transparent fragments of the play so far.
+    #[width(COUNT_BITS)]
+    #[exists(cfg.counts())]
+    pub counted: u32,
+    /// Cycles until the next one can be shaded.
+    #[width(bits_for(u64::from(cfg.fragment_cycles - 1)))]
+    pub pause: u32,
+    /// The fragment at hand.
+    #[with(*cfg)]
+    pub placed: Stream<Marked<Placed>>,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Fragments, then the end of the play.
+    #[with(cfg.screen)]
+    pub fragment: Stream<Marked<Fragment>>,
+    /// What the play is.
+    #[with(*cfg)]
+    pub play: Play,
+    /// The receiver takes what is at hand.
+    pub advance: bool,
+    /// The play is over.
+    pub over: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// Fragments with their places, then the end of the play.
+    #[with(*cfg)]
+    pub placed: Stream<Marked<Placed>>,
+    /// Transparent fragments of the play so far.
+    #[width(COUNT_BITS)]
+    #[exists(cfg.counts())]
+    pub counted: u32,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// The fragment is taken.
+    pub taken: bool,
+    /// Reads what the pass before has left of it.
+    #[with(cfg.place_bits())]
+    #[exists(cfg.stores())]
+    pub read: Stream<u32>,
+    /// It goes on to be shaded.
+    pub shaded: bool,
+    /// It is outside of the window.
+    pub discarded: bool,
+}
+
+#[rtl(
+    check(Window, crate::test_util::window(2, 1, true)),
+    check(Window, crate::test_util::window(3, 3, true)),
+    check(Window, crate::test_util::window(2, 1, false)),
+    check(Window, Config { places: Places::Pixel, ..crate::test_util::window(2, 1, false) })
+)]
+impl Block for Window {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = ();
+
+    fn reset(cfg: &Config) -> State {
+        cfg.screen.check();
+        check_range("the bits of a place", cfg.place_bits(), ..=MOST_PIXEL_BITS);
+        check_range("the number of cycles of a fragment", cfg.fragment_cycles, 1..);
+        State { counted: 0, pause: 0, placed: Stream::idle() }
+    }
+
+    fn memories(_: &Config) {}
+
+    #[inline(always)]
+    fn moore(_: &Config, q: &State, (): &()) -> Moore {
+        Moore { placed: q.placed, counted: q.counted }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
+        let Marked { end, item } = i.fragment.payload;
+        let transparent = !end && !is_opaque(item.rgba);
+        let within = !cfg.counts() || (q.counted >> cfg.place_bits()) == i.play.window;
+        let shaded = transparent && i.play.shades && within;
+        let goes_on = end || shaded || (!transparent && i.play.draws);
+
+        let taken = !goes_on || (i.advance && (!shaded || q.pause == 0));
+        let takes = i.fragment.valid && taken;
+        if q.pause > 0 {
+            d.pause = q.pause - 1;
+        }
+        if i.advance {
+            d.placed.valid = takes && goes_on;
+        }
+        let mut place = 0;
+        match cfg.places {
+            Places::None => {}
+            Places::Counted(bits) => place = q.counted & ((1 << bits) - 1),
+            Places::Pixel => place = item.y * cfg.screen.width + item.x,
+        }
+        if takes && goes_on {
+            d.placed.payload = Marked { end, item: Placed { fragment: item, place } };
+            if shaded {
+                d.pause = cfg.fragment_cycles - 1;
+            }
+        }
+        if takes && transparent && i.play.shades && cfg.counts() {
+            d.counted = q.counted + 1;
+        }
+        if i.over {
+            d.counted = 0;
+        }
+        Out {
+            taken,
+            read: Stream { valid: takes && shaded && i.play.reads, payload: place },
+            shaded: takes && shaded,
+            discarded: takes && transparent && i.play.shades && !within,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
