@@ -10,6 +10,7 @@
 //! | [`mod@array`] | fragments grouped by pixel in arrays that a count has made room for, or that are all of one length |
 //! | [`allocator`] | hands out free sections |
 //! | [`sorter`] | sorts each pixel's fragments far to near, any number of them |
+//! | [`bitonic`] | sorts all that is loaded into its memory |
 //! | [`blender`] | blends sorted fragments over the opaque colour |
 //! | [`buffer`] | the contract of what stands between a client and outside memory |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
@@ -23,6 +24,7 @@
 pub mod allocator;
 pub mod arbiter;
 pub mod array;
+pub mod bitonic;
 pub mod bits;
 pub mod blender;
 pub mod buffer;
