@@ -1,5 +1,9 @@
 //! A trial: one scene through one machine, held to the golden model.
 
+mod cases;
+
+pub use cases::Cases;
+
 use crate::bench::BenchError;
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
@@ -67,7 +71,16 @@ impl Case {
         machine: &dyn Model,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
-        let mut cases = Case::all(scene, source, &[machine], progress)?;
+        Case::of(scene, Arc::new(source), machine, progress)
+    }
+
+    fn of(
+        scene: &str,
+        source: Arc<Source>,
+        machine: &dyn Model,
+        progress: &mut Progress,
+    ) -> Result<Case, CaseError> {
+        let mut cases = Case::of_all(scene, source, &[machine], progress)?;
         Ok(cases.remove(0))
     }
 
@@ -82,9 +95,17 @@ impl Case {
         machines: &[&dyn Model],
         progress: &mut Progress,
     ) -> Result<Vec<Case>, CaseError> {
+        Case::of_all(scene, Arc::new(source), machines, progress)
+    }
+
+    fn of_all(
+        scene: &str,
+        source: Arc<Source>,
+        machines: &[&dyn Model],
+        progress: &mut Progress,
+    ) -> Result<Vec<Case>, CaseError> {
         let views: Vec<View> =
             machines.iter().map(|machine| view(*machine, &source)).collect::<Result<_, _>>()?;
-        let source = Arc::new(source);
         let mut cases: Vec<Case> = vec![];
         for (k, view) in views.iter().enumerate() {
             let same = views[..k].iter().position(|other| other == view);
@@ -111,24 +132,23 @@ impl Case {
         Ok(cases)
     }
 
-    /// The case with so many frames in all, for machines that it is for.
+    /// The case with so many frames in all, for the one machine that it is for.
     ///
     /// # Errors
     /// As [`Case::new`].
     ///
     /// # Panics
-    /// The source is one frame alone, or there is no machine.
+    /// The source is one frame alone.
     pub fn with_frames(
         self,
         frames: u32,
-        machines: &[&dyn Model],
+        machine: &dyn Model,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
         let later = (1..frames).map(|number| {
             let source = self.source.later(number)?.expect("a source of several frames");
-            let arithmetics = machines.iter().map(|machine| machine.arithmetic());
-            let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
-            Ok(judged(&source, &view(machines[0], &source)?, golden, progress)?.0)
+            let golden = Golden::new(source.screen()).with(machine.arithmetic());
+            Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
         });
         let later = later.collect::<Result<_, CaseError>>()?;
         Ok(Case { later, ..self })

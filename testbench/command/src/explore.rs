@@ -2,6 +2,8 @@
 
 mod criteria;
 mod designs;
+mod dialogue;
+mod genetic;
 mod page;
 mod points;
 mod reading;
@@ -15,6 +17,7 @@ use super::{quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
 use comfy_table::Table;
+use designs::{Design, Searcher};
 use pellucid_machine::params::{did_you_mean, nearest};
 use pellucid_machine::pixel::Screen;
 use pellucid_testbench::output::OutputFolder;
@@ -23,13 +26,13 @@ use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::Case;
 use points::{Points, Status, figures};
 use reading::{File, StudyError};
-use standing::{Standing, standings};
+use standing::{Standing, small, standings};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use study::Study;
-use work::{Candidate, Work};
+use study::{Method, Study};
+use work::{Candidate, Share, Work};
 
 /// A study that says what can stand in one.
 const EXAMPLE: &str = include_str!("explore/example.toml");
@@ -50,8 +53,12 @@ pub(super) struct ExploreArgs {
     #[arg(long, value_name = "DIR")]
     points: Option<PathBuf>,
     /// Run nothing: show what is kept
-    #[arg(long)]
+    #[arg(long, conflicts_with = "ask_tell")]
     front: bool,
+    /// Run what another program asks for on standard input, a design a line as JSON, and answer each with its objectives: see the
+    /// book. `search` of the study does not count
+    #[arg(long)]
+    ask_tell: bool,
     /// Print nothing but errors and warnings
     #[arg(long, short)]
     quiet: bool,
@@ -60,6 +67,55 @@ pub(super) struct ExploreArgs {
 /// How often results are written while work goes on.
 const EVERY: Duration = Duration::from_secs(10);
 
+#[derive(Args)]
+pub(super) struct RunPointArgs {
+    /// The study
+    #[arg(value_name = "STUDY.toml")]
+    study: PathBuf,
+    /// The folder in which points are kept, which all that work on the study share
+    #[arg(long, value_name = "DIR")]
+    points: PathBuf,
+    /// Which share of the points, as `3/16`; every share is run by somebody, in any order, more than once if need be
+    #[arg(long, value_name = "NUMBER/SHARES")]
+    share: Share,
+    /// Show no sign of progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs a share of the points of a study; always done, since a point that fails is a result.
+pub(super) fn run_point(args: &RunPointArgs) -> anyhow::Result<bool> {
+    let study = Study::read(&File::read(&args.study)?)?;
+    if study.search.method == Method::Genetic {
+        bail!(
+            "a genetic search waits for each generation: shares are for `grid`, `random` and `halton`"
+        );
+    }
+    let (_, sources, designs) = opened(&study)?;
+    let points = Points::new(&args.points)?;
+    let mut work = Work::new(&study, &points, sources);
+    designs.into_iter().for_each(|design| work.add(design));
+    work.keep_to(args.share);
+    work.run(args.quiet, |_| Ok(()))?;
+    if !args.quiet {
+        say(&format!("{} points were run.\n", work.run))?;
+    }
+    Ok(true)
+}
+
+/// A study that is right, with its scenes, and its first designs.
+fn opened(study: &Study) -> anyhow::Result<(Searcher<'_>, Vec<Source>, Vec<Design>)> {
+    let sources: Vec<Source> =
+        study.scenes.iter().map(study::Scene::open).collect::<anyhow::Result<_>>()?;
+    let screen = sources[0].screen();
+    designs::check(&study.families, screen)?;
+    let mut searcher = Searcher::new(study);
+    // Nothing is known of any design yet.
+    let designs = searcher.next(|_| None)?;
+    check_figures(study, &designs, screen)?;
+    Ok((searcher, sources, designs))
+}
+
 /// Explores; whether a design is on the front and none is wrong.
 pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
     let Some(path) = args.study.as_ref().filter(|_| !args.example) else {
@@ -67,16 +123,7 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
         return Ok(true);
     };
     let study = Study::read(&File::read(path)?)?;
-    let sources: Vec<Source> =
-        study.scenes.iter().map(study::Scene::open).collect::<anyhow::Result<_>>()?;
-    let screen = sources[0].screen();
-    designs::check(&study.families, screen)?;
-    let designs = study.designs()?;
-    check_figures(&study, &designs, screen)?;
-    let asked = study.search.designs;
-    if study.search.method != study::Method::Grid && designs.len() < asked {
-        tell(&format!("note: only {} different designs were found for {asked}", designs.len()));
-    }
+    let (mut searcher, sources, mut designs) = opened(&study)?;
 
     let _folder = OutputFolder::claim(&args.out)?;
     let folder = args.points.clone().unwrap_or_else(|| args.out.join("points"));
@@ -88,32 +135,52 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
             points.folder().display()
         ));
     }
-    let mut work = Work::new(&study, &points, designs, &sources);
-    let (kept, left) = (work.kept, work.left());
+    let mut work = Work::new(&study, &points, sources);
     let mut command = format!("pellucid explore {}", quoted(&path.display().to_string()));
     if let Some(points) = &args.points {
         command += &format!(" --points {}", quoted(&points.display().to_string()));
     }
     let write =
         |candidates: &[Candidate]| results::write(&args.out, &command, &study, &points, candidates);
-    if !args.front {
-        let due = Mutex::new(Instant::now() + EVERY);
-        work.run(sources, args.quiet, |candidates| {
-            if let Ok(mut due) = due.lock()
-                && Instant::now() >= *due
-            {
-                let start = Instant::now();
-                write(candidates)?;
-                // What takes long is not done often.
-                *due = Instant::now() + EVERY.max(20 * start.elapsed());
-            }
-            Ok(())
-        })?;
+    let due = Mutex::new(Instant::now() + EVERY);
+    let seen = |candidates: &[Candidate]| {
+        if let Ok(mut due) = due.lock()
+            && Instant::now() >= *due
+        {
+            let start = Instant::now();
+            write(candidates)?;
+            // What takes long is not done often.
+            *due = Instant::now() + EVERY.max(20 * start.elapsed());
+        }
+        Ok(())
+    };
+    if args.ask_tell {
+        let mut searcher = Searcher::new(&study);
+        let lines = std::io::stdin().lock();
+        let run = |work: &mut Work| work.run(args.quiet, seen);
+        dialogue::answer(&study, &mut searcher, &mut work, lines, run)?;
+        write(&work.candidates)?;
+        return Ok(true);
+    }
+    while !designs.is_empty() {
+        designs.into_iter().for_each(|design| work.add(design));
+        if !args.front {
+            work.run(args.quiet, seen)?;
+        } else if work.left() > 0 {
+            break;
+        }
+        let candidates = &work.candidates;
+        designs =
+            searcher.next(|number| small(&study, &Standing::of(&study, &candidates[number])))?;
+    }
+    let (found, asked) = (work.candidates.len(), study.search.designs);
+    if study.search.method != Method::Grid && found < asked && !args.front {
+        tell(&format!("note: only {found} different designs were found, and not {asked}"));
     }
     write(&work.candidates)?;
     if !args.quiet {
         say(&results::table(&study, &work.candidates, Table::new().width()))?;
-        say(&summary(args, &study, &work.candidates, &points, (kept, left)))?;
+        say(&summary(args, &study, &work, &points))?;
     }
     let standings = standings(&study, &work.candidates);
     let wrong = |candidate: &Candidate| {
@@ -130,27 +197,22 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
 }
 
 /// How many designs and points there are, what became of them, and where everything is.
-fn summary(
-    args: &ExploreArgs,
-    study: &Study,
-    candidates: &[Candidate],
-    points: &Points,
-    (kept, left): (usize, usize),
-) -> String {
-    let standings = standings(study, candidates);
+fn summary(args: &ExploreArgs, study: &Study, work: &Work, points: &Points) -> String {
+    let standings = standings(study, &work.candidates);
     let count = |of: &dyn Fn(&Standing) -> bool| standings.iter().filter(|(s, _)| of(s)).count();
     let inside = count(&|standing| matches!(standing, Standing::In(_)));
     let out = count(&|standing| matches!(standing, Standing::Out { .. }));
     let front = standings.iter().filter(|(_, front)| *front).count();
-    let run = if args.front { 0 } else { left };
     let mut text = format!(
-        "\n{} designs on {} scenes: {front} on the front, {inside} that hold all constraints, {out} out. {run} points were \
-         run, {kept} were kept",
-        candidates.len(),
+        "\n{} designs on {} scenes: {front} on the front, {inside} that hold all constraints, {out} out. {} points were \
+         run, {} were kept",
+        work.candidates.len(),
         study.scenes.len(),
+        work.run,
+        work.kept,
     );
     match args.front {
-        true => text += &format!(", {left} are left to run.\n\n"),
+        true => text += &format!(", {} are left to run.\n\n", work.left()),
         false => text += ".\n\n",
     }
     let mut kinds: Vec<(usize, &String)> = vec![];
@@ -173,7 +235,7 @@ fn summary(
 }
 
 /// Every figure that the study names is one that a design of it has. They are looked up in runs of an empty frame.
-fn check_figures(study: &Study, designs: &[designs::Design], screen: Screen) -> anyhow::Result<()> {
+fn check_figures(study: &Study, designs: &[Design], screen: Screen) -> anyhow::Result<()> {
     let named = study.constraints.iter().map(|c| (&c.figure, &c.place));
     let named = named.chain(study.objectives.iter().map(|o| (&o.figure, &o.place)));
     let mut unknown: Vec<(&String, &String)> = named.collect();

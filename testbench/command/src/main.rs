@@ -63,6 +63,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Sends scenes through every design of a study, and shows which are worth building
     Explore(explore::ExploreArgs),
+    /// Runs a share of the points of a study, for many computers that share a folder
+    RunPoint(explore::RunPointArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
     /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
@@ -199,6 +201,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Explore(args) => explore::explore(&args),
+        Command::RunPoint(args) => explore::run_point(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

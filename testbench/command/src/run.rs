@@ -88,7 +88,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
 
     let mut progress = Progress::new("golden model", None, args.quiet);
     let case = Case::new(scene, source, &*machine, &mut progress)?;
-    let case = case.with_frames(args.frames, &[&*machine], &mut progress)?;
+    let case = case.with_frames(args.frames, &*machine, &mut progress)?;
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);

@@ -134,7 +134,7 @@ fn figures_of_frames_add_up_to_those_of_the_run_and_are_each_frames_own() {
     let machine = ARCHITECTURE.build(source().screen(), None, &[]).unwrap();
     let mut progress = Progress::new("", None, true);
     let case = Case::new("glass", source(), &*machine, &mut progress).unwrap();
-    let mut case = case.with_frames(3, &[&*machine], &mut progress).unwrap();
+    let mut case = case.with_frames(3, &*machine, &mut progress).unwrap();
     for warm_up in [0, 1] {
         case.warm_up = warm_up;
         let report = case.run("tbuffer", &*machine, None, &mut progress).unwrap().report;
@@ -172,5 +172,35 @@ fn figures_of_frames_add_up_to_those_of_the_run_and_are_each_frames_own() {
                 assert!(report.csv().contains(&line), "{line}");
             }
         }
+    }
+}
+
+/// Whether frames are held or made anew, and for which machines they were made, nothing differs.
+#[test]
+fn cases_of_one_scene_are_those_of_each_machine_alone() {
+    let screen = Screen { width: 24, height: 18, background: 0 };
+    let machines =
+        [(&ARCHITECTURE, "fast"), (&mbuffer::ARCHITECTURE, "registers"), (&ARCHITECTURE, "paper")]
+            .map(|(arch, preset)| (arch, arch.build(screen, Some(preset), &[]).unwrap()));
+    let (width, height) = (Some(screen.width), Some(screen.height));
+    let source = || {
+        let options = Options { width, height, ..Options::default() };
+        Source::open("glass", &options).unwrap()
+    };
+    for frames in [1, 2] {
+        let mut progress = Progress::new("", None, true);
+        let mut cases = Cases::new("glass", source(), frames);
+        for (arch, machine) in &machines {
+            let report = |case: Case, progress: &mut Progress| {
+                case.run(arch.name, &**machine, None, progress).unwrap().report.json()
+            };
+            let case = cases.of(&**machine, &mut progress).unwrap();
+            let alone = Case::new("glass", source(), &**machine, &mut progress).unwrap();
+            let alone = alone.with_frames(frames, &**machine, &mut progress).unwrap();
+            assert_eq!(report(case, &mut progress), report(alone, &mut progress), "{}", arch.name);
+        }
+        let [first, last] =
+            [0, 2].map(|k: usize| cases.of(&*machines[k].1, &mut progress).unwrap());
+        assert!(Arc::ptr_eq(&first.reference, &last.reference));
     }
 }

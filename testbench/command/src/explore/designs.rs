@@ -1,5 +1,6 @@
 //! The designs of a study: machines with a value for each of their parameters.
 
+use super::genetic::{Genes, Genetic};
 use super::reading::StudyError;
 use super::space::{Values, check_formulas, settle};
 use super::study::{Family, MOST_DESIGNS, Method, PRESET, Search, Study};
@@ -11,7 +12,7 @@ use pellucid_machine::pixel::Screen;
 use pellucid_testbench::outside::board::BoardError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// A machine with a value for each of its parameters.
 pub struct Design {
@@ -23,7 +24,7 @@ pub struct Design {
     pub refused: Option<String>,
 }
 
-/// Draws for each design that is asked for: the space may have fewer.
+/// Draws for each design that is asked for, and generations without a new one: the space may have fewer.
 const DRAWS: usize = 20;
 
 /// Every value that a study names is one that its parameter can have.
@@ -81,30 +82,55 @@ fn is_of_one(error: &anyhow::Error, name_alone: bool) -> bool {
     }
 }
 
-impl Study {
-    /// Its designs, each once, in the order in which they are looked at.
+/// Finds the designs of a study, one batch after the other.
+pub struct Searcher<'a> {
+    families: &'a [Family],
+    search: Search,
+    /// The number of each design that was found, by its name.
+    numbers: HashMap<String, usize>,
+    /// Those that were found since the last batch.
+    found: Vec<Design>,
+    genetic: Genetic,
+    /// The last generation, each with the number of its design.
+    generation: Vec<(Genes, usize)>,
+}
+
+impl Searcher<'_> {
+    /// Nothing is found yet.
+    pub fn new(study: &Study) -> Searcher<'_> {
+        let (families, search) = (&*study.families, study.search);
+        let parameters = families.iter().map(|family| family.axes.len()).max().unwrap_or(0);
+        let genetic = Genetic::new(1 + parameters, search.seed);
+        let (numbers, found, generation) = (HashMap::new(), vec![], vec![]);
+        Searcher { families, search, numbers, found, genetic, generation }
+    }
+
+    /// The next designs to look at, each once: all of them at once, or those that are bred from the best so far. `values` has of a
+    /// design each objective, as small as it can be; nothing if it is out. No designs at the end.
     ///
     /// # Errors
     /// A grid over a range without steps, or with too many designs.
-    pub fn designs(&self) -> anyhow::Result<Vec<Design>> {
-        let mut designs = Designs { families: &self.families, seen: HashSet::new(), all: vec![] };
+    pub fn next(
+        &mut self,
+        values: impl Fn(usize) -> Option<Vec<f64>>,
+    ) -> anyhow::Result<Vec<Design>> {
         match self.search.method {
-            Method::Grid => designs.grid()?,
-            Method::Random => designs.random(self.search),
-            Method::Halton => designs.halton(self.search),
+            Method::Genetic => self.breed(values),
+            _ if !self.numbers.is_empty() => {}
+            Method::Grid => self.grid()?,
+            Method::Random => self.random(),
+            Method::Halton => self.halton(),
         }
-        Ok(designs.all)
+        Ok(self.found())
     }
-}
 
-struct Designs<'a> {
-    families: &'a [Family],
-    seen: HashSet<String>,
-    all: Vec<Design>,
-}
+    /// What was found since this was last asked.
+    pub fn found(&mut self) -> Vec<Design> {
+        std::mem::take(&mut self.found)
+    }
 
-impl Designs<'_> {
-    fn add(&mut self, family: usize, values: &[String]) {
+    /// Takes up the design of a family that has these values; its number.
+    pub fn add(&mut self, family: usize, values: &[String]) -> usize {
         let Family { arch, axes, .. } = &self.families[family];
         let (preset, axes, values) = (&values[0], &axes[1..], &values[1..]);
         let (settings, refused) = match settle(axes, values) {
@@ -120,9 +146,13 @@ impl Designs<'_> {
             }
         };
         let choice = Choice::new(arch, preset, settings);
-        if self.seen.insert(choice.name.clone()) {
-            self.all.push(Design { choice, family, refused });
+        let number = self.numbers.len();
+        if let Some(known) = self.numbers.get(&choice.name) {
+            return *known;
         }
+        self.numbers.insert(choice.name.clone(), number);
+        self.found.push(Design { choice, family, refused });
+        number
     }
 
     fn grid(&mut self) -> anyhow::Result<()> {
@@ -149,9 +179,8 @@ impl Designs<'_> {
                 let values: Vec<String> =
                     grids.iter().zip(&at).map(|(grid, at)| grid[*at].clone()).collect();
                 self.add(k, &values);
-                let Some(next) = (0..at.len()).rfind(|k| at[*k] + 1 < grids[*k].len()) else {
-                    break;
-                };
+                let next = (0..at.len()).rfind(|k| at[*k] + 1 < grids[*k].len());
+                let Some(next) = next else { break };
                 at[next] += 1;
                 at[next + 1..].fill(0);
             }
@@ -159,35 +188,60 @@ impl Designs<'_> {
         Ok(())
     }
 
-    /// The design at a place of the unit cube: the first coordinate chooses the machine.
-    fn place(&mut self, mut share: impl FnMut() -> f64) {
+    /// The design at a place of the unit cube, whose first coordinate chooses the machine; its number.
+    fn place(&mut self, mut share: impl FnMut() -> f64) -> usize {
         let families = self.families;
         let family = ((share() * families.len() as f64) as usize).min(families.len() - 1);
         let values: Vec<String> =
             families[family].axes.iter().map(|axis| axis.values.at(share())).collect();
-        self.add(family, &values);
+        self.add(family, &values)
     }
 
-    fn random(&mut self, search: Search) {
-        let mut rng = ChaCha8Rng::seed_from_u64(search.seed);
-        let mut draws = search.designs.saturating_mul(DRAWS);
-        while self.all.len() < search.designs && draws > 0 {
+    fn random(&mut self) {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.search.seed);
+        for _ in 0..self.search.designs.saturating_mul(DRAWS) {
+            if self.numbers.len() == self.search.designs {
+                break;
+            }
             self.place(|| rng.random_range(0.0..1.0));
-            draws -= 1;
         }
     }
 
-    fn halton(&mut self, search: Search) {
+    fn halton(&mut self) {
         let dimensions =
             1 + self.families.iter().map(|family| family.axes.len()).max().unwrap_or(0);
         let bases: Vec<u64> = primes().take(dimensions).collect();
-        let draws = search.designs.saturating_mul(DRAWS) as u64;
-        for index in 1..=draws {
-            if self.all.len() == search.designs {
+        for index in 1..=self.search.designs.saturating_mul(DRAWS) as u64 {
+            if self.numbers.len() == self.search.designs {
                 break;
             }
             let mut bases = bases.iter();
             self.place(|| radical_inverse(index, *bases.next().unwrap_or(&2)));
+        }
+    }
+
+    fn breed(&mut self, values: impl Fn(usize) -> Option<Vec<f64>>) {
+        for _ in 0..DRAWS {
+            if !self.generation.is_empty() {
+                let members = self.generation.drain(..);
+                let members = members.map(|(genes, number)| (genes, values(number))).collect();
+                self.genetic.tell(members);
+            }
+            if self.numbers.len() >= self.search.designs {
+                return;
+            }
+            for genes in self.genetic.ask() {
+                let mut shares = genes.iter().copied();
+                let number = self.place(|| shares.next().unwrap_or(0.0));
+                self.generation.push((genes, number));
+                if self.numbers.len() == self.search.designs {
+                    break;
+                }
+            }
+            // A generation of nothing but what is known breeds on.
+            if !self.found.is_empty() {
+                return;
+            }
         }
     }
 }
@@ -221,6 +275,7 @@ impl Design {
 mod tests {
     use super::super::reading::File;
     use super::*;
+    use std::collections::HashSet;
 
     fn names(search: &str) -> Vec<String> {
         let text = format!(
@@ -228,7 +283,17 @@ mod tests {
              section_capacity = {{ from = 1, to = 4, steps = 2 }}\noutside_sections = \"= sections / 2\"\n{search}"
         );
         let study = Study::read(&File::of("s.toml", &text)).unwrap();
-        study.designs().unwrap().into_iter().map(|design| design.choice.name).collect()
+        let mut searcher = Searcher::new(&study);
+        let mut names: Vec<String> = vec![];
+        loop {
+            let known = names.clone();
+            let value = |name: &str| -> f64 { name.matches("=100,").count() as f64 };
+            let designs = searcher.next(|number| Some(vec![value(&known[number])])).unwrap();
+            if designs.is_empty() {
+                return names;
+            }
+            names.extend(designs.into_iter().map(|design| design.choice.name));
+        }
     }
 
     #[test]
@@ -244,11 +309,11 @@ mod tests {
 
     #[test]
     fn draws_are_different_and_the_same_each_time() {
-        for search in ["method = \"random\"\ndesigns = 8", "method = \"halton\"\ndesigns = 8"] {
-            let search = format!("[search]\n{search}");
+        for method in ["random", "halton", "genetic"] {
+            let search = format!("[search]\nmethod = \"{method}\"\ndesigns = 8");
             let all = names(&search);
             // Two times four values: all there are.
-            assert_eq!(all.iter().collect::<HashSet<_>>().len(), 8, "{search}");
+            assert_eq!(all.iter().collect::<HashSet<_>>().len(), 8, "{method}");
             assert_eq!(all, names(&search));
         }
         let seeded = |seed: u32| {

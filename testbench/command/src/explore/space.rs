@@ -134,6 +134,36 @@ impl Values {
         }
     }
 
+    /// A value that was asked for; the only one if none was.
+    ///
+    /// # Errors
+    /// It is none of these, as a sentence that begins with a verb.
+    pub fn checked(&self, asked: Option<&str>) -> Result<String, String> {
+        match (self, asked) {
+            (Values::Formula(_), None) => Ok(String::new()),
+            (Values::Formula(_), Some(_)) => Err("is what its formula gives".to_string()),
+            (Values::List(list), None) if list.len() == 1 => Ok(list[0].clone()),
+            (Values::List(list), Some(asked)) if list.iter().any(|value| value == asked) => {
+                Ok(asked.to_string())
+            }
+            (Values::Span { from, to, .. }, Some(asked))
+                if asked.parse().is_ok_and(|value: u32| (*from..=*to).contains(&value)) =>
+            {
+                Ok(asked.to_string())
+            }
+            (_, None) => Err(format!("is missing: expected {}", self.expected())),
+            (_, Some(asked)) => Err(format!("is `{asked}`: expected {}", self.expected())),
+        }
+    }
+
+    fn expected(&self) -> String {
+        match self {
+            Values::List(list) => format!("one of `{}`", list.join("`, `")),
+            Values::Span { from, to, .. } => format!("a whole number from {from} to {to}"),
+            Values::Formula(_) => "nothing".to_string(),
+        }
+    }
+
     /// A whole number of a range, where 0 is its first and 1 its last.
     fn on_span(&self, share: f64) -> Option<String> {
         let Values::Span { from, to, log2, .. } = *self else { return None };

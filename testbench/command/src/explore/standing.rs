@@ -80,14 +80,16 @@ pub fn objectives<'a>(study: &'a Study, candidate: &Candidate) -> Result<Vec<f64
     each.collect()
 }
 
+/// What a design has of each objective, each as small as it can be; nothing if it is out.
+pub fn small(study: &Study, standing: &Standing) -> Option<Vec<f64>> {
+    let each = standing.values()?.iter().zip(&study.objectives);
+    Some(each.map(|(value, objective)| if objective.most { -value } else { *value }).collect())
+}
+
 /// For each design how it stands, and whether it is on the front.
 pub fn standings(study: &Study, candidates: &[Candidate]) -> Vec<(Standing, bool)> {
     let standings: Vec<Standing> = candidates.iter().map(|c| Standing::of(study, c)).collect();
-    let small = |values: &[f64]| -> Vec<f64> {
-        let each = values.iter().zip(&study.objectives);
-        each.map(|(value, objective)| if objective.most { -value } else { *value }).collect()
-    };
-    let inside: Vec<Vec<f64>> = standings.iter().filter_map(Standing::values).map(small).collect();
+    let inside: Vec<Vec<f64>> = standings.iter().filter_map(|s| small(study, s)).collect();
     let mut on = front(&inside).into_iter();
     let pair = |standing: Standing| {
         let is_on = standing.values().is_some() && on.next().unwrap_or(false);

@@ -57,6 +57,8 @@ pub enum Method {
     Random,
     /// The Halton sequence, which fills the space evenly: J. Halton, 1960.
     Halton,
+    /// Bred from the best so far: see [`genetic`](super::genetic).
+    Genetic,
 }
 
 /// See [`Study::search`].
@@ -212,7 +214,8 @@ impl Search {
             "grid" => Ok(Method::Grid),
             "random" => Ok(Method::Random),
             "halton" => Ok(Method::Halton),
-            _ => Err("expected `grid`, `random` or `halton`".to_string()),
+            "genetic" => Ok(Method::Genetic),
+            _ => Err("expected `grid`, `random`, `halton` or `genetic`".to_string()),
         };
         let number = |text: &str| {
             let number = text.parse().ok().filter(|number| (1..=MOST_DESIGNS).contains(number));
@@ -231,10 +234,12 @@ impl Search {
             (Method::Grid, Some(_)) => {
                 wrong("a grid has as many designs as it has: `designs` is for the others")
             }
-            (Method::Random | Method::Halton, None) => {
+            (Method::Random | Method::Halton | Method::Genetic, None) => {
                 wrong("expected `designs`, how many are looked at")
             }
-            _ if seed.is_some() && method != Method::Random => wrong("only `random` has a `seed`"),
+            (Method::Grid | Method::Halton, _) if seed.is_some() => {
+                wrong("only `random` and `genetic` have a `seed`")
+            }
             _ => Ok(Search {
                 method,
                 designs: designs.unwrap_or(MOST_DESIGNS),

@@ -10,10 +10,11 @@ use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::report::known_beforehand;
 use pellucid_testbench::source::Source;
-use pellucid_testbench::trial::{Case, Trial};
+use pellucid_testbench::trial::{Case, CaseError, Cases, Trial};
 use rayon::prelude::*;
 use serde_json::Value as Json;
-use std::sync::{Arc, Mutex};
+use std::str::FromStr;
+use std::sync::Mutex;
 
 /// A design with what came of it on every scene.
 pub struct Candidate {
@@ -36,31 +37,56 @@ struct Task {
     machine: Box<dyn Model>,
 }
 
+/// One of several shares of the points of a study, as equal as they can be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    number: usize,
+    of: usize,
+}
+
+impl Share {
+    fn has(self, point: usize) -> bool {
+        point % self.of == self.number - 1
+    }
+}
+
+impl FromStr for Share {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Share, String> {
+        let share = text.split_once('/').and_then(|(number, of)| {
+            let (number, of) = (number.parse().ok()?, of.parse().ok()?);
+            (1..=of).contains(&number).then_some(Share { number, of })
+        });
+        share.ok_or_else(|| "expected NUMBER/SHARES, from 1/N to N/N".to_string())
+    }
+}
+
 /// See the module's description.
 pub struct Work<'a> {
     study: &'a Study,
     points: &'a Points,
     tasks: Vec<Task>,
+    frames: Vec<Cases>,
     /// All designs.
     pub candidates: Vec<Candidate>,
     /// How many points were kept.
     pub kept: usize,
+    /// How many were run.
+    pub run: usize,
 }
 
 impl Work<'_> {
-    /// What is kept of these designs, and what is left to do.
-    pub fn new<'a>(
-        study: &'a Study,
-        points: &'a Points,
-        designs: Vec<Design>,
-        sources: &[Source],
-    ) -> Work<'a> {
-        let mut work = Work { study, points, tasks: vec![], candidates: vec![], kept: 0 };
-        designs.into_iter().for_each(|design| work.add(design, sources));
-        work
+    /// Nothing yet, on the scenes of a study.
+    pub fn new<'a>(study: &'a Study, points: &'a Points, sources: Vec<Source>) -> Work<'a> {
+        let frames = study.scenes.iter().zip(sources);
+        let frames = frames.map(|(scene, source)| Cases::new(&scene.name, source, scene.frames));
+        let frames = frames.collect();
+        Work { study, points, tasks: vec![], frames, candidates: vec![], kept: 0, run: 0 }
     }
 
-    fn add(&mut self, design: Design, sources: &[Source]) {
+    /// Takes a design up: what is kept of it, and what is left to do.
+    pub fn add(&mut self, design: Design) {
         let (scenes, number) = (&self.study.scenes, self.candidates.len());
         let mut candidate = Candidate {
             values: vec![],
@@ -68,8 +94,8 @@ impl Work<'_> {
             outcomes: vec![],
             design,
         };
-        for (k, (scene, source)) in scenes.iter().zip(sources).enumerate() {
-            let outcome = match self.machine(&candidate.design, source) {
+        for (k, scene) in scenes.iter().enumerate() {
+            let outcome = match self.machine(&candidate.design, self.frames[k].source()) {
                 Err(outcome) => Some(outcome),
                 Ok(machine) => {
                     let (arch, values) = (candidate.design.choice.arch.name, machine.values());
@@ -119,6 +145,12 @@ impl Work<'_> {
         }
     }
 
+    /// Leaves to others what is not of this share. Which points are in a share does not depend on which are kept.
+    pub fn keep_to(&mut self, share: Share) {
+        let scenes = self.study.scenes.len();
+        self.tasks.retain(|task| share.has(task.candidate * scenes + task.scene));
+    }
+
     /// How many points are left to do.
     pub fn left(&self) -> usize {
         self.tasks.len()
@@ -130,23 +162,25 @@ impl Work<'_> {
     /// A frame cannot be read or held, or a file not be written.
     pub fn run(
         &mut self,
-        sources: Vec<Source>,
         quiet: bool,
         seen: impl Fn(&[Candidate]) -> anyhow::Result<()> + Sync,
     ) -> anyhow::Result<()> {
         let bars = MultiProgress::new();
-        let mut tasks: Vec<Vec<Task>> = sources.iter().map(|_| vec![]).collect();
+        let mut tasks: Vec<Vec<Task>> = self.frames.iter().map(|_| vec![]).collect();
         self.tasks.drain(..).for_each(|task| tasks[task.scene].push(task));
         let total: usize = tasks.iter().map(Vec::len).sum();
         let scenes = &self.study.scenes;
-        let prepared =
-            sources.into_par_iter().zip(tasks).zip(scenes).map(|((source, tasks), scene)| {
-                let mut progress =
-                    Progress::among(&bars, scene.name.clone(), "golden model", None, quiet);
-                let cases = cases(scene, source, &tasks, &mut progress)?;
-                Ok(tasks.into_iter().zip(cases).collect())
+        let prepared = self.frames.par_iter_mut().zip(tasks).zip(scenes);
+        let prepared = prepared.map(|((frames, tasks), scene)| {
+            let mut progress =
+                Progress::among(&bars, scene.name.clone(), "golden model", None, quiet);
+            let each = tasks.into_iter().map(|task| {
+                let case = frames.of(&*task.machine, &mut progress)?;
+                Ok((task, case))
             });
-        let prepared: Vec<Vec<(Task, Case)>> = prepared.collect::<anyhow::Result<_>>()?;
+            each.collect::<Result<Vec<(Task, Case)>, CaseError>>()
+        });
+        let prepared: Vec<Vec<(Task, Case)>> = prepared.collect::<Result<_, _>>()?;
         let mut prepared: Vec<(Task, Case)> = prepared.into_iter().flatten().collect();
         prepared.sort_by_key(|(_, case)| case.items * u64::from(case.frames()));
         let all = Progress::among(&bars, String::new(), "points", Some(total as u64), quiet);
@@ -167,6 +201,7 @@ impl Work<'_> {
         if let Ok((_, candidates)) = state.into_inner() {
             self.candidates = candidates;
         }
+        self.run += total;
         done
     }
 }
@@ -181,36 +216,6 @@ fn command(design: &Design, scene: &Scene) -> String {
     let settings: String = settings.map(|setting| format!(" -p {setting}")).collect();
     let (arch, preset) = (choice.arch.name, &choice.preset);
     format!("pellucid run --arch {arch} --preset {preset}{settings} {}", scene.arguments())
-}
-
-/// A case for each task; machines that see the frames alike share what the golden model says.
-fn cases(
-    scene: &Scene,
-    source: Source,
-    tasks: &[Task],
-    progress: &mut Progress,
-) -> anyhow::Result<Vec<Case>> {
-    let machines: Vec<&dyn Model> = tasks.iter().map(|task| &*task.machine).collect();
-    let mut cases = Case::all(&scene.name, source, &machines, progress)?;
-    if scene.frames == 1 {
-        return Ok(cases);
-    }
-    let first: Vec<usize> = (0..cases.len())
-        .map(|k| {
-            let alike = |case: &Case| Arc::ptr_eq(&case.reference, &cases[k].reference);
-            cases.iter().position(alike).unwrap_or(k)
-        })
-        .collect();
-    for k in 0..cases.len() {
-        cases[k] = if first[k] == k {
-            let alike = machines.iter().zip(&first).filter(|(_, first)| **first == k);
-            let alike: Vec<&dyn Model> = alike.map(|(machine, _)| *machine).collect();
-            cases[k].clone().with_frames(scene.frames, &alike, progress)?
-        } else {
-            cases[first[k]].clone()
-        };
-    }
-    Ok(cases)
 }
 
 /// Runs a point: what came of it, and the report.

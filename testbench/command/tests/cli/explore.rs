@@ -1,5 +1,6 @@
 //! `explore`: studies.
 
+use super::tools::have;
 use super::*;
 use serde_json::json;
 use std::path::PathBuf;
@@ -292,4 +293,147 @@ fn pandas_loads_points() {
                 r = p[p.status == 'right']; print(len(p), len(r), int(r['cycles.total'].sum()))";
     let output = python(code).unwrap();
     assert_eq!(stdout(&output).trim(), format!("{} {} {total}", rows.len(), right.count()));
+}
+
+/// Shares in any order, by several processes at once, one of them killed and run again: together they are the study.
+#[test]
+fn shares_are_the_whole() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let share = |share: &str| {
+        let args = ["run-point", "study.toml", "--points", "shared", "--quiet", "--share", share];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_pellucid"));
+        command.args(args).current_dir(folder.path()).stderr(Stdio::piped()).stdout(Stdio::piped());
+        command.spawn().unwrap()
+    };
+    let mut killed = share("2/3");
+    let others = [share("3/3"), share("1/3")];
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    for other in others {
+        exact(other.wait_with_output().unwrap());
+    }
+    let open = pellucid(folder.path(), &["explore", "study.toml", "--points", "shared", "--front"]);
+    assert!(!stdout(&open).contains(", 0 are left to run."), "{}", stdout(&open));
+    exact(share("2/3").wait_with_output().unwrap());
+    let args = ["explore", "study.toml", "--points", "shared"];
+    let all = exact(pellucid(folder.path(), &args));
+    assert!(stdout(&all).contains(" 0 points were run, "), "{}", stdout(&all));
+    for bad in ["0/3", "4/3", "3", "a/b"] {
+        let args = ["run-point", "study.toml", "--points", "shared", "--share", bad];
+        let output = pellucid(folder.path(), &args);
+        assert!(stderr(&output).contains("expected NUMBER/SHARES"), "{}", stderr(&output));
+    }
+}
+
+/// GNU parallel as any scheduler: its jobs share a folder.
+#[test]
+fn gnu_parallel_runs_a_study() {
+    if !have(&["parallel"]) {
+        return;
+    }
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let output = Command::new("parallel")
+        .args(["--will-cite", "--joblog", "jobs", env!("CARGO_BIN_EXE_pellucid")])
+        .args([
+            "run-point",
+            "study.toml",
+            "--points",
+            "shared",
+            "--share",
+            "{}/4",
+            ":::",
+            "1",
+            "2",
+            "3",
+            "4",
+        ])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let jobs = fs::read_to_string(folder.path().join("jobs")).unwrap();
+    assert_eq!(jobs.lines().count(), 5, "{jobs}");
+    let args = ["explore", "study.toml", "--points", "shared"];
+    let all = exact(pellucid(folder.path(), &args));
+    assert!(stdout(&all).contains(" 0 points were run, "), "{}", stdout(&all));
+}
+
+/// A search by NSGA-II finds the best of a space that is small enough to be looked through.
+#[test]
+fn a_genetic_search_finds_the_front() {
+    let folder = folder();
+    let study = |method: &str| {
+        format!(
+            "[[scene]]\nscene = \"quads-3-50\"\nwidth = 16\nheight = 12\n[[machine]]\narch = \"tbuffer\"\nsections = [8, 16, 32, 64, \
+             128, 256, 512]\nsection_capacity = {{ from = 1, to = 8, steps = 8 }}\noutside_sections = 600\n[search]\n{method}\n"
+        )
+    };
+    let front = |method: &str| {
+        write(folder.path(), &study(method));
+        exact(explore(folder.path(), &["--points", "kept"]));
+        let rows = rows(&folder.path().join("pellucid-explore"));
+        let on = rows.iter().filter(|row| row["front"] == true);
+        let on: Vec<[u64; 2]> = on
+            .map(|row| {
+                ["cycles.total", "storage.on_chip_bytes"].map(|name| row[name].as_u64().unwrap())
+            })
+            .collect();
+        (on, rows.len())
+    };
+    let (all, count) = front("method = \"grid\"");
+    assert_eq!(count, 56);
+    let (found, count) = front("method = \"genetic\"\ndesigns = 36\nseed = 3");
+    assert_eq!(count, 36);
+    let best = |front: &[[u64; 2]], k: usize| front.iter().map(|values| values[k]).min();
+    assert_eq!([best(&found, 0), best(&found, 1)], [best(&all, 0), best(&all, 1)]);
+    assert!(found.iter().filter(|values| all.contains(values)).count() * 10 >= found.len() * 8);
+}
+
+/// Another program asks, a line at a time.
+#[test]
+fn a_program_that_asks_is_told() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+        .args(["explore", "study.toml", "--ask-tell", "--quiet"])
+        .current_dir(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let asked = "{\"machine\": 1, \"parameters\": {\"fragments\": 1024, \"index\": \"up\"}}\n\
+                 [{\"machine\": 0, \"parameters\": {\"section_capacity\": 3, \"sections\": 2048}}, {\"machine\": 0}]\n\
+                 {\"machine\": 1, \"parameters\": {\"fragments\": 1, \"index\": \"up\"}}\n{\"machine\": 1, \"parameters\": {\"idx\": 1}}\nx\n";
+    std::io::Write::write_all(&mut child.stdin.take().unwrap(), asked.as_bytes()).unwrap();
+    let output = exact(child.wait_with_output().unwrap());
+    let said: Vec<Value> =
+        stdout(&output).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let [space, first, pair, wrong, unknown, no_json] = &said[..] else { panic!("{said:?}") };
+    assert_eq!(
+        space["machines"][1]["parameters"][1],
+        json!({ "name": "fragments", "values": ["1024", "200000"] })
+    );
+    assert_eq!(space["objectives"][0], json!({ "figure": "cycles.total", "goal": "min" }));
+    // What the study itself finds of these designs.
+    exact(explore(folder.path(), &["--out", "all"]));
+    let rows = rows(&folder.path().join("all"));
+    for told in [first, &pair[0]] {
+        let of: Vec<&Value> = rows.iter().filter(|row| row["machine"] == told["name"]).collect();
+        assert_eq!(of.len(), 2, "{told}");
+        let cycles = of.iter().map(|row| row["cycles.total"].as_f64().unwrap()).sum::<f64>();
+        match told["objectives"][0].as_f64() {
+            Some(told) => assert_eq!(told, cycles),
+            None => assert!(of.iter().any(|row| row["status"] != "right"), "{told}"),
+        }
+    }
+    let errors = [&pair[1], wrong, unknown, no_json].map(|told| told["error"].as_str().unwrap());
+    assert_eq!(errors[0], "`section_capacity` is missing: expected one of `1`, `3`");
+    assert_eq!(errors[1], "`fragments` is `1`: expected one of `1024`, `200000`");
+    assert!(
+        errors[2].starts_with("unknown parameter `idx`") && errors[3].starts_with("no JSON: "),
+        "{errors:?}"
+    );
 }

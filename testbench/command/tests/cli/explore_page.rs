@@ -1,8 +1,8 @@
 //! The page that a study leaves, in a browser.
 
 use super::explore::{STUDY, explore, write};
+use super::tools::have;
 use super::*;
-use crate::tools::have;
 use roxmltree::{Document, ParsingOptions};
 use serde_json::json;
 

@@ -123,7 +123,7 @@ impl Frames {
         // All contenders see fragments, and blend alike.
         let machine = architecture(contender::DFB.arch)?.build(source.screen(), None, &[])?;
         let case = Case::new(&self.scene, source, &*machine, progress)?;
-        Ok(case.with_frames(self.count(), &[&*machine], progress)?)
+        Ok(case.with_frames(self.count(), &*machine, progress)?)
     }
 }
 
