@@ -1,4 +1,4 @@
-//! Timing of outside memory, device clock by device clock: what stands behind a machine's memory port.
+//! Timing and energy of outside memory, device clock by device clock: what stands behind a machine's memory port.
 //!
 //! ```text
 //!            +--------------------------------------------------------+
@@ -35,6 +35,7 @@ mod config;
 mod controller;
 pub mod device;
 mod dram;
+mod energy;
 mod mapping;
 mod names;
 mod part;
@@ -46,8 +47,9 @@ mod table;
 pub use command::{Command, Issued};
 pub use config::{Config, ConfigError, Page, Refresh, Scheduler};
 pub use dram::{Dram, Request};
+pub use energy::Spent;
 pub use mapping::{Layout, Mapping, Place};
 pub use names::NameError;
-pub use part::{BankRefresh, CommandBuses, Organisation, Part, PartError, Timing};
+pub use part::{BankRefresh, CommandBuses, Energy, Organisation, Part, PartError, Timing};
 pub use statistics::{ClientStatistics, Statistics};
 pub use table::{Constraint, Scope, constraints};

@@ -1,13 +1,15 @@
 //! A part: how a device is organised, and its timing, as a table in a TOML file.
 //!
 //! The parts that are shipped are such files (`src/parts/`), which can be copied and changed. All keys must be there, but those
-//! for the refresh of single banks. What contradicts itself is refused.
+//! for the refresh of single banks and the section of energies. What contradicts itself is refused.
 
 mod check;
+mod energy;
 mod keys;
 mod organisation;
 mod timing;
 
+pub use energy::Energy;
 pub use organisation::{CommandBuses, Organisation};
 pub use timing::{BankRefresh, Timing};
 
@@ -81,6 +83,8 @@ pub struct Part {
     pub organisation: Organisation,
     /// Its timing.
     pub timing: Timing,
+    /// What its commands take, where that is known.
+    pub energy: Option<Energy>,
 }
 
 const SHIPPED: [(&str, &str); 4] = [
@@ -133,13 +137,17 @@ impl Part {
         let table: toml::Table =
             text.parse().map_err(|error| PartError::Syntax { file: file.to_string(), error })?;
         let keys = Keys { file };
-        keys.known("", &table, &["name", "organisation", "timing"])?;
+        keys.known("", &table, &["name", "organisation", "timing", "energy"])?;
         let name = keys.text("name", table.get("name"))?.to_string();
         let section = |name| Section::new(keys, name, &table);
         let part = Part {
             name,
             organisation: Organisation::read(&section("organisation")?)?,
             timing: Timing::read(&section("timing")?)?,
+            energy: match table.contains_key("energy") {
+                true => Some(Energy::read(&section("energy")?)?),
+                false => None,
+            },
         };
         match check::contradiction(&part) {
             None => Ok(part),

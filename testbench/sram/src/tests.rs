@@ -72,8 +72,7 @@ fn between_two_points_there_is_a_power_law() {
         assert!((found[k] / expected - 1.0).abs() < 1e-12, "{k}");
     }
     // 48 bits are as far from 32 to 64.
-    let (low, high, found) =
-        (of(2048, 32), of(2048, 64), price(22, Ports::One, 2048 * 8 / 48, 48));
+    let (low, high, found) = (of(2048, 32), of(2048, 64), price(22, Ports::One, 2048 * 8 / 48, 48));
     // 341 words of 48 bits are 2046 bytes: the size is a hair below the point.
     for k in 0..6 {
         let expected = (low[k].ln() * (1.0 - part) + high[k].ln() * part).exp();

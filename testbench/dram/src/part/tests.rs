@@ -45,7 +45,7 @@ fn unknown_names() {
     );
     assert_eq!(
         self::message("name =", "nam = 1\nname ="),
-        "my.toml: unknown key `nam` (did you mean `name`?); known are `name`, `organisation`, `timing`"
+        "my.toml: unknown key `nam` (did you mean `name`?); known are `name`, `organisation`, `timing`, `energy`"
     );
 }
 
