@@ -32,6 +32,8 @@ const GROUP: u32 = 110;
 const LETTER: u32 = 9;
 /// The scale is logarithmic where the highest bar would be more than so many times the lowest.
 const FLATTENED: f64 = 20.0;
+/// From which height on a linear scale has whole numbers alone.
+const COUNTED: f64 = 10.0;
 /// What bars take of their group's width.
 const FILLED: f64 = 0.8;
 
@@ -58,18 +60,28 @@ fn draw(
     (labels, label): (usize, &dyn Fn(usize) -> String),
     (along, up): (&str, &str),
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let highest = bars.iter().map(|bar| bar.2).fold(1.0, f64::max);
-    let lowest =
-        bars.iter().map(|bar| bar.2).filter(|height| *height >= 1.0).fold(highest, f64::min);
+    let heights = || bars.iter().map(|bar| bar.2).filter(|height| *height > 0.0);
+    let highest = heights().reduce(f64::max).unwrap_or(1.0);
+    let lowest = heights().fold(highest, f64::min);
     let logarithmic = highest > FLATTENED * lowest;
-    // A logarithmic scale begins at a power of ten that is below all bars.
+    // A logarithmic scale begins at a power of ten that is below all bars; what is counted, at one.
     let (foot, top) = if logarithmic {
-        ((lowest.log10() - 0.3).floor().max(0.0), highest.log10() + 0.05)
+        let below = (lowest.log10() - 0.3).floor();
+        (if lowest < 1.0 { below } else { below.max(0.0) }, highest.log10() + 0.05)
     } else {
         (0.0, highest * 1.05)
     };
-    let height = |value: f64| if logarithmic { value.max(1.0).log10().max(foot) } else { value };
-    let value = |y: usize| if logarithmic { 10_u64.pow(y as u32) } else { y as u64 };
+    let height = |value: f64| match logarithmic {
+        true if value > 0.0 => value.log10().max(foot),
+        true => foot,
+        false => value,
+    };
+    let beside = |y: &f64| match logarithmic {
+        true if (y - y.round()).abs() < 1e-6 => decimal(10f64.powi(y.round() as i32)),
+        true => String::new(),
+        false if highest < COUNTED => decimal(*y),
+        false => whole(*y).map_or(String::new(), |y| grouped(&json!(y))),
+    };
     let up = if logarithmic { format!("{up}, logarithmic") } else { up.to_string() };
     let mut chart = ChartBuilder::on(area)
         .margin(10)
@@ -83,7 +95,7 @@ fn draw(
         .x_labels(labels)
         .x_label_formatter(&|x| whole(*x).map_or(String::new(), label))
         .y_labels(6)
-        .y_label_formatter(&|y| whole(*y).map_or(String::new(), |y| grouped(&json!(value(y)))))
+        .y_label_formatter(&beside)
         .label_style(("sans-serif", 14))
         .x_desc(along)
         .y_desc(up)
@@ -94,6 +106,15 @@ fn draw(
     chart.draw_series(bars)?;
     area.present()?;
     Ok(())
+}
+
+/// A number to six digits behind its point, as few as it takes.
+fn decimal(number: f64) -> String {
+    if number.fract() == 0.0 {
+        return grouped(&json!(number as u64));
+    }
+    let text = format!("{number:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
 }
 
 /// The whole number that `x` is, if it is one.
@@ -391,6 +412,18 @@ mod tests {
         assert!(text.contains("words, logarithmic") && text.contains("1,000,000"), "{text}");
         assert!((bars[1] / bars[0] - 2.0).abs() < 0.1, "{bars:?}");
         assert!((bars[2] / bars[0] - 5.0).abs() < 0.2, "{bars:?}");
+    }
+
+    #[test]
+    fn what_is_below_one_has_a_scale_too() {
+        let (bars, text) = heights(&[0.2, 0.4]);
+        assert!((bars[1] / bars[0] - 2.0).abs() < 0.1, "{bars:?}");
+        assert!(!text.contains("logarithmic") && text.contains(">\n0.1\n<"), "{text}");
+        // From 0.001 on: one and three powers of ten; none has no bar.
+        let (bars, text) = heights(&[0.01, 1.0, 0.0]);
+        assert!(text.contains("words, logarithmic") && text.contains(">\n0.01\n<"), "{text}");
+        assert!((bars[1] / bars[0] - 3.0).abs() < 0.2 && bars[2] == 0.0, "{bars:?}");
+        assert!(heights(&[0.0, 0.0]).0.iter().all(|height| *height == 0.0));
     }
 
     /// A letter is at most 9 pixels wide, so that labels of so many letters do not meet.
