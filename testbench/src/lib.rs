@@ -7,6 +7,7 @@
 pub mod area;
 pub mod bench;
 pub mod compare;
+pub mod costs;
 pub mod export;
 pub mod golden;
 pub mod html;

@@ -1,55 +1,28 @@
 //! The report of a run: every figure once, shown as a table, as JSON and as CSV.
 
+mod costs;
+mod entry;
 mod frames;
+mod lists;
 mod text;
 
+pub(crate) use entry::{Entry, nest};
 pub use frames::Frame;
 pub use text::{align_right, at_margin, csv_text, grouped};
 
+use crate::costs::{Costs, PICOJOULES};
 use crate::golden::Reference;
 use crate::output::{OutputError, put};
 use crate::scoreboard::Verdict;
 use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
+use entry::meaning;
+use lists::{MEMORY_FIELDS, STREAM_FIELDS, memory_json, memory_values, stream_json, stream_values};
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Cycles, MemoryTally, Model, StreamTally, Tally};
 use pellucid_sim::{Figure, Figures};
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
-
-/// One figure: `group.name`.
-#[derive(Clone, Debug)]
-pub(crate) struct Entry {
-    pub(crate) group: &'static str,
-    pub(crate) name: &'static str,
-    pub(crate) value: Json,
-    pub(crate) unit: &'static str,
-    pub(crate) about: &'static str,
-}
-
-impl Entry {
-    /// `group.name`.
-    pub(crate) fn key(&self) -> String {
-        format!("{}.{}", self.group, self.name)
-    }
-
-    /// Its name within its group, where people read it.
-    pub(crate) fn label(&self) -> &'static str {
-        match self.name {
-            "seed" | "seed_bytes" => "as the paper counts",
-            "seed_bytes_used" => "as the paper counts, in use",
-            name => name,
-        }
-    }
-
-    /// Its name with its group, where people read it.
-    pub(crate) fn full_label(&self) -> String {
-        match self.label() {
-            label if label == self.name => self.key(),
-            label => format!("{} {label}", self.group),
-        }
-    }
-}
 
 /// See the module's description.
 pub struct Report {
@@ -60,37 +33,12 @@ pub struct Report {
     tally: Tally,
     histogram: Vec<u64>,
     frames: Vec<Frame>,
+    costs: Option<Costs>,
     faults: Vec<String>,
 }
 
 /// From how many columns on there is room for the sentences beside the figures.
 const SENTENCES_FROM: u16 = 110;
-
-/// What the fields of a memory mean.
-const MEMORY_FIELDS: [(&str, &str, &str); 6] = [
-    ("reads", "words", "Words read."),
-    ("writes", "words", "Words written."),
-    ("words", "words", "Words that the memory has."),
-    ("bits_per_word", "bits", "Bits of a word."),
-    ("peak_words", "words", "The most words that held something of use at once."),
-    ("bits", "bits", "Size of the memory."),
-];
-
-/// What the fields of a stream mean.
-const STREAM_FIELDS: [(&str, &str, &str); 2] = [
-    ("transfers", "transfers", "Items handed over."),
-    ("stalls", "cycles", "Cycles with an offer that was not taken."),
-];
-
-fn stream_values(stream: &StreamTally) -> [u64; 2] {
-    [stream.transfers, stream.stalls]
-}
-
-fn memory_values(memory: &MemoryTally) -> [u64; 6] {
-    let info = &memory.info;
-    let bits = info.words * u64::from(info.bits_per_word);
-    [info.reads, info.writes, info.words, info.bits_per_word.into(), memory.peak_words, bits]
-}
 
 /// `part` per `whole`, to four digits; 0 where there is no whole.
 fn rate(part: u64, whole: u64) -> Json {
@@ -137,7 +85,7 @@ impl Report {
     ) -> Report {
         let mut entries = vec![];
         let mut add = |group, name, value: Json, unit, about| {
-            entries.push(Entry { group, name, value, unit, about });
+            entries.push(Entry { group, name, value, unit, about, basis: None });
         };
         let r = reference;
         let n = |value: u64| json!(value);
@@ -193,7 +141,7 @@ impl Report {
         add("image", "max_error", n(image.max_error.into()), "levels", about);
         let about = "The largest difference that the architecture's arithmetic allows, 0 to 255.";
         add("image", "error_bound", n(verdict.error_bound.into()), "levels", about);
-        for f in &tally.outside {
+        for f in tally.outside.iter().filter(|figure| figure.unit != PICOJOULES) {
             add("outside", f.name, n(f.value), f.unit, f.about);
         }
         let of = |name| tally.outside.iter().find(|f| f.name == name).map(|f| f.value);
@@ -212,6 +160,7 @@ impl Report {
             tally,
             histogram: r.layer_histogram.clone(),
             frames: vec![],
+            costs: None,
             faults: verdict.faults(),
         }
     }
@@ -220,6 +169,20 @@ impl Report {
     #[must_use]
     pub fn with_frames(self, frames: Vec<Frame>) -> Report {
         Report { frames, ..self }
+    }
+
+    /// The same with what the run costs beside cycles.
+    #[must_use]
+    pub fn with_costs(mut self, costs: Costs) -> Report {
+        self.entries.extend(costs::entries(&costs, &self.tally));
+        Report { costs: Some(costs), ..self }
+    }
+
+    /// The memories with what each costs, as far as that is known.
+    fn memories(&self) -> impl Iterator<Item = (&MemoryTally, Option<[Json; 5]>)> {
+        let costs = |k: usize| self.costs.as_ref()?.memories[k].as_ref();
+        let memories = self.tally.memories.iter().enumerate();
+        memories.map(move |(k, memory)| (memory, costs(k).map(costs::memory_values)))
     }
 
     /// The architecture, which is also the group of its own figures.
@@ -245,15 +208,18 @@ impl Report {
         let what = json!({ "unit": "pixels", "about": "[i]: pixels with exactly i layers." });
         about.insert("frame.layer_histogram".into(), what.clone());
         about.insert("frames[].layer_histogram".into(), what);
-        let memories: Vec<Json> = self.tally.memories.iter().map(memory_json).collect();
+        let memories: Vec<Json> = self.memories().map(memory_json).collect();
         groups.insert("memories".into(), json!(memories));
         let streams: Vec<Json> = self.tally.streams.iter().map(stream_json).collect();
         groups.insert("streams".into(), json!(streams));
         for (list, fields) in [("memories", &MEMORY_FIELDS[..]), ("streams", &STREAM_FIELDS[..])] {
             for (name, unit, sentence) in fields {
-                let what = json!({ "unit": unit, "about": sentence });
-                about.insert(format!("{list}[].{name}"), what);
+                about.insert(format!("{list}[].{name}"), meaning(unit, sentence, None));
             }
+        }
+        let bases = self.costs.iter().flat_map(costs::memory_bases);
+        for ((name, unit, sentence), basis) in costs::MEMORY_FIELDS.iter().zip(bases) {
+            about.insert(format!("memories[].{name}"), meaning(unit, sentence, Some(&basis)));
         }
         let frames: Vec<Json> = self.frames.iter().map(Frame::json).collect();
         groups.insert("frames".into(), json!(frames));
@@ -311,8 +277,12 @@ impl Report {
                 line(&name, &f.value.to_string(), f.unit, f.about);
             }
         }
-        for m in &self.tally.memories {
+        for (m, costs) in self.memories() {
             for ((field, unit, about), value) in MEMORY_FIELDS.iter().zip(memory_values(m)) {
+                line(&format!("memories.{}.{field}", m.name), &value.to_string(), unit, about);
+            }
+            let costs = costs::MEMORY_FIELDS.iter().zip(costs.iter().flatten());
+            for ((field, unit, about), value) in costs {
                 line(&format!("memories.{}.{field}", m.name), &value.to_string(), unit, about);
             }
         }
@@ -357,6 +327,14 @@ impl Report {
             memories.add_row([format!("  {}", m.name), words, bits, reads, writes, peak]);
         }
         align_right(&mut memories, &[1, 2, 3, 4, 5]);
+        let mut prices = Table::new();
+        prices.load_style(presets::NOTHING);
+        prices.add_row(["COSTS", "nJ reads", "writes", "leakage", "mm2", "ns"]);
+        for (m, costs) in self.memories() {
+            let costs = costs.into_iter().flatten().map(|value| grouped(&value));
+            prices.add_row([format!("  {}", m.name)].into_iter().chain(costs));
+        }
+        align_right(&mut prices, &[1, 2, 3, 4, 5]);
         let mut streams = Table::new();
         streams.load_style(presets::NOTHING);
         streams.add_row(["STREAMS", "from", "to", "transfers", "stall cycles"]);
@@ -366,7 +344,7 @@ impl Report {
             streams.add_row([name, from, to, transfers, stalls]);
         }
         align_right(&mut streams, &[3, 4]);
-        let tables = at_margin(&format!("{figures}\n{memories}\n{streams}"));
+        let tables = at_margin(&format!("{figures}\n{memories}\n{prices}\n{streams}"));
         if sentences {
             return tables;
         }
@@ -376,7 +354,7 @@ impl Report {
         )
     }
 
-    /// What matters most, in two lines.
+    /// What matters most, in two lines, and a third one on what it costs.
     pub fn headline(&self) -> String {
         let Cycles { total, phases, .. } = &self.tally.cycles;
         let works = phases.iter().filter(|(phase, _)| phase.works);
@@ -386,12 +364,13 @@ impl Report {
         let rates: Vec<String> = rates.map(|e| format!("{} {}", e.value, e.name)).collect();
         format!(
             "{} on {}: {} cycles, {}.\n\
-             Fragments per cycle: {}.\n",
+             Fragments per cycle: {}.\n{}",
             self.arch,
             self.scene,
             grouped(&json!(total)),
             works.join(" and "),
-            rates.join(", ")
+            rates.join(", "),
+            self.costs.as_ref().and_then(costs::headline).unwrap_or_default()
         )
     }
 
@@ -408,20 +387,6 @@ impl Report {
     }
 }
 
-/// Adds figures to `groups`, nested by group; unit and sentence of each, by its key.
-pub(crate) fn nest<'a>(
-    entries: impl IntoIterator<Item = &'a Entry>,
-    groups: &mut Map<String, Json>,
-) -> Map<String, Json> {
-    let mut about = Map::new();
-    for e in entries {
-        let group = groups.entry(e.group).or_insert_with(|| json!({}));
-        group[e.name] = e.value.clone();
-        about.insert(e.key(), json!({ "unit": e.unit, "about": e.about }));
-    }
-    about
-}
-
 /// Parameters and their values as an object.
 pub fn config_json(config: &[(String, Value)]) -> Json {
     let pair = |(name, value): &(String, Value)| {
@@ -433,22 +398,6 @@ pub fn config_json(config: &[(String, Value)]) -> Json {
         (name.to_string(), value)
     };
     Json::Object(config.iter().map(pair).collect())
-}
-
-fn memory_json(memory: &MemoryTally) -> Json {
-    let mut object = json!({ "name": memory.name });
-    for ((name, ..), value) in MEMORY_FIELDS.iter().zip(memory_values(memory)) {
-        object[*name] = json!(value);
-    }
-    object
-}
-
-fn stream_json(stream: &StreamTally) -> Json {
-    let mut object = json!({ "name": stream.name, "from": stream.from, "to": stream.to });
-    for ((name, ..), value) in STREAM_FIELDS.iter().zip(stream_values(stream)) {
-        object[*name] = json!(value);
-    }
-    object
 }
 
 #[cfg(test)]
@@ -475,16 +424,6 @@ mod tests {
             assert_eq!(table.contains(hint), width < 110, "{width}:\n{table}");
         }
         assert!(report.table(None).contains(long));
-    }
-
-    #[test]
-    fn what_people_read_says_by_whom_it_is_counted() {
-        let entry = |group, name| Entry { group, name, value: json!(1), unit: "", about: "" };
-        let label = |group, name| entry(group, name).full_label();
-        assert_eq!(label("accesses", "seed"), "accesses as the paper counts");
-        assert_eq!(label("storage", "seed_bytes_used"), "storage as the paper counts, in use");
-        assert_eq!(label("accesses", "full"), "accesses.full");
-        assert_eq!(entry("storage", "seed_bytes").key(), "storage.seed_bytes");
     }
 
     #[test]

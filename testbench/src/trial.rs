@@ -5,6 +5,7 @@ mod cases;
 pub use cases::Cases;
 
 use crate::bench::BenchError;
+use crate::costs::{Costs, Technology};
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
 use crate::progress::Progress;
@@ -35,6 +36,8 @@ pub struct Case {
     pub warm_up: u32,
     /// The most cycles that a machine may take, if there is a limit.
     pub most_cycles: Option<u64>,
+    /// Where the energy and area of memories on the chip come from.
+    pub technology: Arc<Technology>,
 }
 
 /// What a machine gave, and how it was judged.
@@ -106,6 +109,7 @@ impl Case {
     ) -> Result<Vec<Case>, CaseError> {
         let views: Vec<View> =
             machines.iter().map(|machine| view(*machine, &source)).collect::<Result<_, _>>()?;
+        let technology = Arc::new(Technology::default());
         let mut cases: Vec<Case> = vec![];
         for (k, view) in views.iter().enumerate() {
             let same = views[..k].iter().position(|other| other == view);
@@ -124,6 +128,7 @@ impl Case {
                         later: Arc::new([]),
                         warm_up: 0,
                         most_cycles: None,
+                        technology: technology.clone(),
                     }
                 }
             };
@@ -247,8 +252,9 @@ impl Case {
         };
         let verdict = Verdict { plays, ..verdict };
         let (screen, values) = (self.source.screen(), machine.values());
+        let costs = Costs::new(&self.technology, &values, &tally, self.frames());
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
-        let report = report.with_frames(frames);
+        let report = report.with_frames(frames).with_costs(costs);
         Ok(Trial { images, verdict, report, wave })
     }
 }

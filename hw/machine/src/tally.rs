@@ -26,7 +26,7 @@ pub struct Tally {
     pub seed_bytes_used: u64,
     /// The architecture's own figures.
     pub own: Vec<Figure>,
-    /// Those of the outside memory, if its timing has any.
+    /// Those of the outside memory, if its timing has any; the energy that it took, in pJ, is among them where that is known.
     pub outside: Vec<Figure>,
 }
 

@@ -1,6 +1,7 @@
 //! `pellucid compare`: several machines on several scenes, side by side.
 
 use super::machine::Choice;
+use super::technology::TechnologyArgs;
 use super::{DEFAULT_SCENE, ViewArgs, finished, not_right, passes, quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
@@ -17,6 +18,7 @@ use pellucid_testbench::trial::{Case, CaseError, Trial};
 use rayon::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 #[derive(Args)]
 pub(super) struct CompareArgs {
@@ -35,6 +37,8 @@ pub(super) struct CompareArgs {
     /// are in the order in which a running machine has them
     #[arg(long, value_name = "FRAMES", default_value_t = 0)]
     warm_up: u32,
+    #[command(flatten)]
+    technology: TechnologyArgs,
     /// The folder for compare.html, compare.json and compare.csv
     #[arg(long, default_value = "pellucid-compare", value_name = "DIR")]
     out: PathBuf,
@@ -73,6 +77,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     let (choices, mut left_out) = choices(args)?;
     let unasked = args.machine.is_empty();
     once("--scene", &args.scene)?;
+    let technology = Arc::new(args.technology.open()?);
     let sources: Vec<(&String, Source)> = args
         .scene
         .iter()
@@ -100,6 +105,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
             let mut cases = Case::all(scene, source, &machines, &mut progress)?;
             for case in &mut cases {
                 case.warm_up = args.warm_up;
+                case.technology = technology.clone();
                 let frames = 1 + u64::from(args.warm_up);
                 let each = PATIENCE + PATIENCE_PER_FRAGMENT * case.reference.fragments;
                 case.most_cycles = unasked.then_some(frames * each);
@@ -212,6 +218,7 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
         add("--scene", scene);
     }
     words.extend(args.view.given());
+    words.extend(args.technology.given());
     if args.warm_up > 0 {
         words.push(format!("--warm-up {}", args.warm_up));
     }

@@ -12,6 +12,7 @@ mod list;
 mod machine;
 mod reproduce;
 mod run;
+mod technology;
 mod trace;
 mod wave;
 

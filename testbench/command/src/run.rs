@@ -2,6 +2,7 @@
 
 use super::check::check;
 use super::machine::MachineArgs;
+use super::technology::TechnologyArgs;
 use super::wave::WaveArgs;
 use super::{SceneArgs, complain, finished, not_right, passes, say, tell};
 use anyhow::bail;
@@ -17,6 +18,7 @@ use pellucid_testbench::trial::{Case, Trial};
 use pellucid_waveforms::Marker;
 use serde_json::json;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 #[derive(Args)]
 pub(super) struct RunArgs {
@@ -40,6 +42,8 @@ pub(super) struct RunArgs {
     /// waveform and how viewers show it
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
     out: PathBuf,
+    #[command(flatten)]
+    technology: TechnologyArgs,
     /// Dropped fragments are no failure, only a warning
     #[arg(long)]
     allow_drops: bool,
@@ -73,6 +77,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         return check(scene, &view.open(scene, walk)?, args.json, args.quiet);
     }
     let arch = args.machine.arch()?;
+    let technology = Arc::new(args.technology.open()?);
     let source = view.open(scene, walk)?;
     if args.frames > 1 && source.later(1)?.is_none() {
         bail!(
@@ -89,6 +94,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let mut progress = Progress::new("golden model", None, args.quiet);
     let case = Case::new(scene, source, &*machine, &mut progress)?;
     let case = case.with_frames(args.frames, &*machine, &mut progress)?;
+    let case = Case { technology, ..case };
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);

@@ -14,7 +14,7 @@ use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
 /// The figures of all machines that are compared: group and name. Each is one of a run's report.
-const FIGURES: [(&str, &str); 17] = [
+const FIGURES: [(&str, &str); 25] = [
     ("cycles", "total"),
     ("cycles", "store"),
     ("cycles", "resolve"),
@@ -32,6 +32,14 @@ const FIGURES: [(&str, &str); 17] = [
     ("image", "mismatched_pixels"),
     ("image", "max_error"),
     ("image", "error_bound"),
+    ("energy", "total"),
+    ("energy", "on_chip"),
+    ("energy", "reads"),
+    ("energy", "writes"),
+    ("energy", "leakage"),
+    ("area", "memories"),
+    ("time", "clock"),
+    ("time", "frame"),
 ];
 
 /// See the module's description.
@@ -103,10 +111,19 @@ impl Compared {
             figures.extend(shared);
         }
         let outside = |report: &Report| {
-            let entries = report.entries().iter().filter(|entry| entry.group == "outside");
+            let of_outside = |entry: &&Entry| {
+                entry.group == "outside"
+                    || (entry.group == "energy" && entry.name.starts_with("outside_"))
+            };
+            let entries = report.entries().iter().filter(of_outside);
             entries.map(|entry| (entry.group, entry.name)).collect::<Vec<_>>()
         };
-        figures.extend(reports().map(outside).find(|names| !names.is_empty()).unwrap_or_default());
+        // Not every DRAM has figures of energy.
+        for name in reports().flat_map(outside) {
+            if !figures.contains(&name) {
+                figures.push(name);
+            }
+        }
         figures
     }
 

@@ -9,12 +9,16 @@ use serde_json::json;
 use std::io;
 
 /// The figures that have a plot.
-const PLOTTED: [(&str, &str); 5] = [
+const PLOTTED: [(&str, &str); 9] = [
     ("storage", "seed_bytes"),
     ("storage", "seed_bytes_used"),
     ("accesses", "seed"),
     ("accesses", "full"),
     ("cycles", "total"),
+    ("time", "frame"),
+    ("energy", "total"),
+    ("energy", "on_chip"),
+    ("area", "memories"),
 ];
 
 /// A machine's name, a setting a line.

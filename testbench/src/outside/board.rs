@@ -1,6 +1,7 @@
 //! What is behind a machine's port, as users say it: settings beside the machine's own.
 
 use super::timing::{DramTiming, word_bytes};
+use crate::costs::CLOCK;
 use pellucid_dram::{Config, Dram, Mapping, Page, Part, PartError, Refresh, Scheduler};
 use pellucid_machine::architecture::{Setting, quoted};
 use pellucid_machine::params::{
@@ -21,9 +22,7 @@ const OUTSIDE: &str = "outside";
 const FIXED: &str = "fixed";
 /// What the names of all settings of a DRAM begin with.
 const DRAM: &str = "dram_";
-/// The machine's clock.
-const CLOCK: &str = "clock_mhz";
-/// The clock where none is named, MHz.
+/// The clock beside a DRAM where none is named, MHz.
 const DEFAULT_CLOCK: u32 = 1000;
 
 /// A setting that was not understood, or does not fit the machine.
@@ -131,13 +130,10 @@ const FIELDS: [Field; 7] = [
     Field {
         name: CLOCK,
         unit: "MHz",
-        about: "The machine's clock, beside which the DRAM has its own.",
+        about: "The machine's clock, beside which a DRAM has its own, and by which cycles become time; where neither a DRAM nor this is \
+                named, the fastest that its memories on the chip allow.",
         range: || u32::expected(&(1..=MOST_MHZ)),
-        set: |to, setting| {
-            let clock = u32::parse(&setting.value, &(1..=MOST_MHZ));
-            to.clock_mhz = clock.ok_or_else(|| wrong(setting, u32::expected(&(1..=MOST_MHZ))))?;
-            Ok(())
-        },
+        set: |to, setting| clock(setting).map(|mhz| to.clock_mhz = mhz),
         get: |of| Value::Number(of.clock_mhz),
     },
 ];
@@ -220,6 +216,11 @@ fn power_of_two(setting: &Setting, to: u32) -> Result<u32, BoardError> {
     number.ok_or_else(|| wrong(setting, power_of_two_to(to)))
 }
 
+fn clock(setting: &Setting) -> Result<u32, BoardError> {
+    let mhz = u32::parse(&setting.value, &(1..=MOST_MHZ));
+    mhz.ok_or_else(|| wrong(setting, u32::expected(&(1..=MOST_MHZ))))
+}
+
 /// The part of that name, or of that file.
 fn part(setting: &Setting) -> Result<Part, BoardError> {
     let value = &*setting.value;
@@ -260,12 +261,20 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
         // What was said of a DRAM goes where `fixed` is said over it.
         let memories = settings.iter().enumerate().filter(|(_, setting)| setting.name == OUTSIDE);
         let from = memories.skip(1).last().map_or(0, |(over, _)| over);
-        return match settings[from..].iter().find(|setting| setting.name != OUTSIDE) {
-            None => Ok(model),
-            Some(Setting { name, origin, .. }) => Err(BoardError::Use {
+        let of_dram = |setting: &&Setting| ![OUTSIDE, CLOCK].contains(&&*setting.name);
+        if let Some(Setting { name, origin, .. }) = settings[from..].iter().find(of_dram) {
+            return Err(BoardError::Use {
                 origin: origin.clone(),
                 problem: format!("`{name}` needs a DRAM: expected `outside=` and a part"),
-            }),
+            });
+        }
+        // The clock is the machine's own.
+        return match last(CLOCK) {
+            None => Ok(model),
+            Some(setting) => {
+                let values = vec![(CLOCK.to_string(), Value::Number(clock(setting)?))];
+                Ok(Box::new(OnBoard { model, dram: None, values }))
+            }
         };
     };
     let mut with = Chosen::new(part(chosen)?);
@@ -314,18 +323,18 @@ pub fn behind(model: Box<dyn Model>, settings: &[Setting]) -> Result<Box<dyn Mod
             ),
         });
     }
-    Ok(Box::new(WithDram { model, config, values }))
+    Ok(Box::new(OnBoard { model, dram: Some(config), values }))
 }
 
-/// A machine with a DRAM behind its port.
-struct WithDram {
+/// A machine with what was set beside its own parameters.
+struct OnBoard {
     model: Box<dyn Model>,
-    /// Checked: a memory was made of it.
-    config: Config,
+    /// The DRAM behind its port. Checked: a memory was made of it.
+    dram: Option<Config>,
     values: Vec<(String, Value)>,
 }
 
-impl Model for WithDram {
+impl Model for OnBoard {
     fn values(&self) -> Vec<(String, Value)> {
         self.model.values().into_iter().chain(self.values.clone()).collect()
     }
@@ -354,12 +363,14 @@ impl Model for WithDram {
         self.model.port()
     }
     fn latency(&self) -> Option<u32> {
-        None
+        self.model.latency().filter(|_| self.dram.is_none())
     }
     fn power_up(&self) -> Box<dyn Dut> {
         let mut dut = self.model.power_up();
-        let dram = Dram::new(self.config.clone()).expect("a configuration that one was made of");
-        dut.set_timing(Box::new(DramTiming::new(dram, self.port().bits)));
+        if let Some(config) = &self.dram {
+            let dram = Dram::new(config.clone()).expect("a configuration that one was made of");
+            dut.set_timing(Box::new(DramTiming::new(dram, self.port().bits)));
+        }
         dut
     }
     fn netlist(&self) -> Module {

@@ -149,6 +149,36 @@ fn what_a_file_says_of_a_dram_goes_where_fixed_is_said_over_it() {
 }
 
 #[test]
+fn a_clock_without_a_dram_is_the_machines() {
+    let values = machine(&[("clock_mhz", "750")]).unwrap().values();
+    assert_eq!(values.last().unwrap().1.to_string(), "750");
+    assert!(values.iter().all(|(name, _)| name != "outside"));
+    assert!(machine(&[("clock_mhz", "750")]).unwrap().latency().is_some());
+    let fixed = [("outside", "ddr4-3200"), ("clock_mhz", "600"), ("outside", "fixed")];
+    assert_eq!(machine(&fixed).unwrap().values().last().unwrap().1.to_string(), "600");
+    assert_eq!(
+        refused(&[("clock_mhz", "0")]),
+        "-p clock_mhz=0: parameter `clock_mhz` is 0: expected a whole number from 1 to 100000"
+    );
+}
+
+/// What the counted commands take, by the figures of the part's file.
+#[test]
+fn the_energy_of_a_dram_is_that_of_its_commands() {
+    let mut timing = timing();
+    answered(&mut timing, &(0..16).map(|k| (false, k)).collect::<Vec<_>>());
+    let energy = |name: &str| figure(&timing, name);
+    // Two bursts in two bank groups, a row of each, and no refresh yet.
+    assert_eq!(energy("activates"), 2 * 4200);
+    assert_eq!(energy("reads"), 2 * 2784);
+    assert_eq!([energy("writes"), energy("refreshes")], [0, 0]);
+    // The board's clock is the device's, 625 ps.
+    assert_eq!(energy("background"), 499 * figure(&timing, "bus_clocks") * 625 / 1000);
+    timing.count_anew();
+    assert_eq!([figure(&timing, "activates"), figure(&timing, "background")], [0, 0]);
+}
+
+#[test]
 fn what_is_wrong_is_named() {
     assert_eq!(
         refused(&[("outsid", "ddr4-3200")]),

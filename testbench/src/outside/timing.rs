@@ -141,7 +141,7 @@ impl Timing for DramTiming {
         let config = self.dram.config();
         let served = since(|s| s.reads);
         let latency = since(|s| s.read_latency_clocks) * config.part.timing.tck_ps;
-        OutsideCounters {
+        let counters = OutsideCounters {
             bytes_asked: (since(|s| s.reads + s.writes) + gathered) * self.word_bytes,
             bytes_moved: since(|s| s.bytes_read + s.bytes_written),
             row_hits: since(|s| s.row_hits),
@@ -154,8 +154,13 @@ impl Timing for DramTiming {
             mean_read_latency: latency.checked_div(served).unwrap_or(0),
             bus_clocks: since(|s| s.clocks) * buses(config),
             busy_bus_clocks: since(|s| s.busy_bus_clocks),
-        }
-        .figures()
+        };
+        let spent = config.spent(&s).zip(config.spent(&self.before.dram));
+        let spent = spent.into_iter().flat_map(|(now, before)| {
+            let figures = now.figures().into_iter().zip(before.figures());
+            figures.map(|(now, before)| Figure { value: now.value - before.value, ..now })
+        });
+        counters.figures().into_iter().chain(spent).collect()
     }
     fn count_anew(&mut self) {
         self.before = Counted { gathered: self.gathered, dram: self.dram.statistics() };

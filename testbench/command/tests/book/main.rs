@@ -202,6 +202,38 @@ fn the_waveform_that_is_read_is_that_of_the_run() {
     holds("reading.md", "resolve", &run.table(16..29, &resolve));
 }
 
+/// Energy, area and time of the first preset of every architecture, on a small frame.
+#[test]
+fn what_each_architecture_costs_is_what_runs_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut table = String::from(
+        "| architecture | cycles | clock, MHz | frame, us | memories, mm2 | reads and writes, nJ | leakage, nJ |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    for arch in ARCHITECTURES {
+        let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+            .args(["run", "--arch", arch.name, "--width", "160", "--height", "120", "--no-wave"])
+            .args(["--json", "--out"])
+            .arg(folder.path())
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let report: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let figure = |group: &str, name: &str| report[group][name].as_f64().unwrap();
+        let dynamic = figure("energy", "reads") + figure("energy", "writes");
+        table += &format!(
+            "| `{}` | {} | {:.0} | {:.0} | {:.2} | {dynamic:.0} | {:.0} |\n",
+            arch.name,
+            report["cycles"]["total"],
+            figure("time", "clock"),
+            figure("time", "frame"),
+            figure("area", "memories"),
+            figure("energy", "leakage"),
+        );
+    }
+    holds("energy.md", "architectures", &table);
+}
+
 #[test]
 fn every_figure_of_a_run_is_explained() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,6 +13,7 @@ mod bad_input;
 mod check;
 mod compare;
 mod composer;
+mod energy;
 mod explore;
 mod explore_page;
 mod export;

@@ -1,0 +1,215 @@
+//! What a run costs beside cycles: energy of a frame, area and time, of the memories on the chip and of a DRAM outside.
+//!
+//! Energy is that of the accesses that were counted, and leakage over the time of a frame. Where a frame's time comes from is the
+//! clock: the one that is given, or the fastest that the memories allow. Logic, wires between blocks and the clock tree are
+//! not among it.
+
+use pellucid_machine::params::Value;
+use pellucid_machine::{MemoryTally, Tally};
+use pellucid_sim::{Figure, StorageInfo};
+use pellucid_sram::{Memory, Node, Price};
+
+pub use pellucid_sram::{Table, TableError};
+
+/// Where the figures of memories on the chip come from.
+#[derive(Clone, Debug)]
+pub struct Technology {
+    /// What the table is called.
+    table: String,
+    node: Node,
+}
+
+impl Technology {
+    /// The node where none is named, nm.
+    pub const NODE: u32 = 22;
+
+    /// The node of a table.
+    ///
+    /// # Errors
+    /// The table has none of that name.
+    pub fn new(table: &Table, nm: u32) -> Result<Technology, TableError> {
+        Ok(Technology { table: table.name.clone(), node: table.node(nm)?.clone() })
+    }
+
+    /// The node, nm.
+    pub fn nm(&self) -> u32 {
+        self.node.nm
+    }
+
+    /// Its name with that of the table.
+    pub fn name(&self) -> String {
+        format!("{}, {} nm", self.table, self.node.nm)
+    }
+
+    /// What a memory on the chip takes.
+    pub fn price(&self, info: &StorageInfo) -> Price {
+        let StorageInfo { words, bits_per_word, ports, .. } = *info;
+        self.node.price(&Memory { words, bits: bits_per_word, ports })
+    }
+}
+
+impl Default for Technology {
+    /// That of the shipped table.
+    fn default() -> Technology {
+        Technology::new(&Table::shipped(), Technology::NODE).expect("a node of the shipped table")
+    }
+}
+
+/// What one memory on the chip costs; energies in nJ a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MemoryCosts {
+    /// Its reads.
+    pub reads_nj: f64,
+    /// Its writes.
+    pub writes_nj: f64,
+    /// Its leakage.
+    pub leakage_nj: f64,
+    /// Its area, mm2.
+    pub area_mm2: f64,
+    /// From an address to its word, ns.
+    pub access_ns: f64,
+}
+
+/// The clock, and what a frame's time is by it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clock {
+    /// MHz.
+    pub mhz: f64,
+    /// It was given, and is not that of the slowest memory.
+    pub given: bool,
+    /// The fastest that the memories allow, MHz.
+    pub fastest_mhz: f64,
+    /// The memory that allows no faster one.
+    pub slowest: String,
+    /// Time of a frame, ns.
+    pub frame_ns: f64,
+}
+
+/// See the module's description.
+#[derive(Clone, Debug)]
+pub struct Costs {
+    /// The technology, by name.
+    pub technology: String,
+    /// The clock; none where no memory is on the chip.
+    pub clock: Option<Clock>,
+    /// Of each memory in the order of the tally; none for one that is not on the chip.
+    pub memories: Vec<Option<MemoryCosts>>,
+    /// Of the memory outside by what for, nJ a frame; empty where it is not known.
+    pub outside: Vec<(Figure, f64)>,
+    /// A memory outside was read or written.
+    pub uses_outside: bool,
+}
+
+/// The unit of those figures of the outside memory that are energies, over all frames.
+pub const PICOJOULES: &str = "pJ";
+/// The setting that gives a clock, MHz.
+pub const CLOCK: &str = "clock_mhz";
+
+/// It is outside, and was read or written.
+fn used_outside(memory: &MemoryTally) -> bool {
+    memory.info.outside && memory.info.reads + memory.info.writes > 0
+}
+
+/// The shortest period of a memory, ns: its word is there after so many cycles as it has, and an access may begin in each.
+fn period(info: &StorageInfo, price: &Price) -> f64 {
+    (price.access_ns / f64::from(info.latency.max(1))).max(price.cycle_ns)
+}
+
+impl Costs {
+    /// Of a run of so many frames by a machine with these settings.
+    pub fn new(
+        technology: &Technology,
+        settings: &[(String, Value)],
+        tally: &Tally,
+        frames: u32,
+    ) -> Costs {
+        let frames = f64::from(frames.max(1));
+        let on_chip = |memory: &&MemoryTally| !memory.info.outside;
+        let priced = tally.memories.iter().filter(on_chip);
+        let priced = priced.map(|m| (m, period(&m.info, &technology.price(&m.info))));
+        let slowest = priced.max_by(|a, b| a.1.total_cmp(&b.1));
+        let given = settings.iter().find_map(|(name, value)| match value {
+            Value::Number(mhz) if name == CLOCK => Some(f64::from(*mhz)),
+            _ => None,
+        });
+        let clock = slowest.map(|(memory, period_ns)| {
+            let fastest_mhz = 1000.0 / period_ns;
+            let mhz = given.unwrap_or(fastest_mhz);
+            let frame_ns = tally.cycles.total as f64 / frames * 1000.0 / mhz;
+            let slowest = memory.name.clone();
+            Clock { mhz, given: given.is_some(), fastest_mhz, slowest, frame_ns }
+        });
+        let frame_ns = clock.as_ref().map_or(0.0, |clock| clock.frame_ns);
+        let costs = |memory: &MemoryTally| {
+            let info = &memory.info;
+            let price = technology.price(info);
+            MemoryCosts {
+                reads_nj: info.reads as f64 * price.read_nj / frames,
+                writes_nj: info.writes as f64 * price.write_nj / frames,
+                // mW times ns are pJ.
+                leakage_nj: price.leakage_mw * frame_ns / 1000.0,
+                area_mm2: price.area_mm2,
+                access_ns: price.access_ns,
+            }
+        };
+        let memories = tally.memories.iter();
+        Costs {
+            technology: technology.name(),
+            clock,
+            memories: memories.map(|m| (!m.info.outside).then(|| costs(m))).collect(),
+            outside: tally
+                .outside
+                .iter()
+                .filter(|figure| figure.unit == PICOJOULES)
+                .map(|figure| (figure.clone(), figure.value as f64 / 1000.0 / frames))
+                .collect(),
+            uses_outside: tally.memories.iter().any(used_outside),
+        }
+    }
+
+    fn sum(&self, of: impl Fn(&MemoryCosts) -> f64) -> f64 {
+        self.memories.iter().flatten().map(of).sum()
+    }
+
+    /// Energy of all reads of memories on the chip, nJ a frame.
+    pub fn reads_nj(&self) -> f64 {
+        self.sum(|memory| memory.reads_nj)
+    }
+
+    /// The same of writes.
+    pub fn writes_nj(&self) -> f64 {
+        self.sum(|memory| memory.writes_nj)
+    }
+
+    /// Leakage of memories on the chip, nJ a frame.
+    pub fn leakage_nj(&self) -> f64 {
+        self.sum(|memory| memory.leakage_nj)
+    }
+
+    /// Energy of memories on the chip, nJ a frame.
+    pub fn on_chip_nj(&self) -> f64 {
+        self.reads_nj() + self.writes_nj() + self.leakage_nj()
+    }
+
+    /// Energy of the memory outside, nJ a frame, where it is known.
+    pub fn outside_nj(&self) -> Option<f64> {
+        (!self.outside.is_empty()).then(|| self.outside.iter().map(|(_, nj)| nj).sum())
+    }
+
+    /// Energy of all memories, nJ a frame; none where that of one outside is not known.
+    pub fn total_nj(&self) -> Option<f64> {
+        match (self.uses_outside, self.outside_nj()) {
+            (_, Some(outside)) => Some(self.on_chip_nj() + outside),
+            (false, None) => Some(self.on_chip_nj()),
+            (true, None) => None,
+        }
+    }
+
+    /// Area of memories on the chip, mm2.
+    pub fn area_mm2(&self) -> f64 {
+        self.sum(|memory| memory.area_mm2)
+    }
+}
+
+#[cfg(test)]
+mod tests;
