@@ -24,6 +24,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("program", "tint")],
         &[("program", "glass"), ("early_depth", "before_window"), ("component_bits", "8")],
         &[("program", "glass"), ("store", "framebuffer"), ("component_bits", "16")],
+        &[("program", "tint"), ("mode", "sort")],
     ],
     tight: &[("size", "16"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
 };
@@ -35,16 +36,22 @@ fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
 }
 
 fn small(draw: &mut Draw, _: Needs) -> Parameterised {
-    // Any size will do: a frame has as many windows or batches as it needs.
+    // Any size will do: a frame has as many windows or batches as it needs. A sort has as many rounds over them.
+    let sorts = draw(0..=3) == 0;
+    let store =
+        if sorts { "fbuffer" } else { one_of(draw, &["fbuffer", "fbuffer", "framebuffer"]) };
+    let overflow = if sorts { "window" } else { one_of(draw, &["window", "batch"]) };
     vec![
-        ("size", (1 << draw(2..=5)).to_string()),
+        ("size", (1 << draw(if sorts { 4..=5 } else { 2..=5 })).to_string()),
         ("targets", draw(1..=4).to_string()),
         ("component_bits", one_of(draw, &["8", "16", "32"]).to_string()),
         ("program", one_of(draw, &["tint", "restore", "glass", "random", "random"]).to_string()),
         ("seed", draw(0..=1000).to_string()),
-        ("store", one_of(draw, &["fbuffer", "fbuffer", "framebuffer"]).to_string()),
+        ("store", store.to_string()),
         ("early_depth", one_of(draw, &["off", "before_window"]).to_string()),
-        ("overflow", one_of(draw, &["window", "batch"]).to_string()),
+        ("overflow", overflow.to_string()),
+        ("mode", if sorts { "sort" } else { "shade" }.to_string()),
+        ("sorter_lanes", (1 << draw(0..=4)).to_string()),
         ("vertex_cycles", draw(1..=3).to_string()),
         ("fragment_cycles", draw(1..=5).to_string()),
     ]

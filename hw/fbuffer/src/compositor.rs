@@ -41,6 +41,14 @@ pub struct In {
     pub colour: Read<u32>,
 }
 
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(())]
+pub struct Moore {
+    /// All fragments of the play are blended.
+    pub ended: bool,
+}
+
 /// Outputs.
 #[derive(Clone, Copy, Debug, Default, Signals)]
 #[signals(Screen)]
@@ -53,16 +61,14 @@ pub struct Out {
     pub colour_write: WritePort<u32>,
     /// A fragment is blended.
     pub blended: bool,
-    /// All fragments of the play are blended.
-    pub ended: bool,
 }
 
-#[rtl(check(Compositor, crate::test_util::screen(5, 3)))]
+#[rtl(moore = (), check(Compositor, crate::test_util::screen(5, 3)))]
 impl Block for Compositor {
     type Config = Screen;
     type State = State;
     type In = In;
-    type Moore = ();
+    type Moore = Moore;
     type Out = Out;
     type Mem = ();
 
@@ -72,7 +78,10 @@ impl Block for Compositor {
 
     fn memories(_: &Screen) {}
 
-    fn moore(_: &Screen, _: &State, (): &()) {}
+    #[inline(always)]
+    fn moore(_: &Screen, q: &State, (): &()) -> Moore {
+        Moore { ended: q.stage.valid && q.stage.payload.end }
+    }
 
     #[inline(always)]
     fn next(_: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
@@ -97,7 +106,7 @@ impl Block for Compositor {
                 colour_read.read(next.item.pixel);
             }
         }
-        Out { colour_read, colour_write, blended, ended: q.stage.valid && end }
+        Out { colour_read, colour_write, blended }
     }
 }
 
@@ -127,11 +136,11 @@ mod tests {
             offers.extend([Stream::offer(Marked::end()), Stream::idle()]);
             let mut ends = vec![];
             for fragment in offers {
+                ends.push(sim.moore().ended);
                 let out = sim.clock(In { fragment, colour: colours.q() }).unwrap().out;
                 colours.pass_read(out.colour_read);
                 colours.pass_write(out.colour_write);
                 edge(&mut colours);
-                ends.push(out.ended);
             }
             let mut expected = begin;
             for (pixel, rgba, _) in fragments {

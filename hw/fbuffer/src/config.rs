@@ -2,7 +2,8 @@
 
 use crate::program::{Kind, MOST_TARGETS, Program};
 use crate::window::Places;
-use crate::{plays, shader, window};
+use crate::{plays, shader, sort, window};
+use pellucid_blocks::bitonic::MAX_LANE_BITS;
 use pellucid_blocks::walker;
 use pellucid_machine::params::{ParamError, Preset, power_of_two};
 use pellucid_machine::pixel::Screen;
@@ -20,6 +21,16 @@ choice! {
         Window = "window",
         /// They come again, in smaller batches of primitives.
         Batch = "batch",
+    }
+}
+
+choice! {
+    /// What is done with shaded fragments.
+    pub enum Mode {
+        /// They are blended in the order in which they arrive.
+        Shade = "shade",
+        /// They are sorted first.
+        Sort = "sort",
     }
 }
 
@@ -85,6 +96,10 @@ parameters! {
         store: Store = Store::FBuffer, "", ();
         /// Whether hidden fragments are dropped before they are counted, once all that is opaque is drawn.
         early_depth: EarlyDepth = EarlyDepth::Off, "", ();
+        /// What is done with shaded fragments: they are blended in the order in which they arrive, or sorted first.
+        mode: Mode = Mode::Shade, "", ();
+        /// Compare-exchanges that the sort does in a cycle: a power of two (mode=sort).
+        sorter_lanes: u32 = 4, "lanes", 1..=1 << MAX_LANE_BITS;
         /// From vertex to vertex of a submission.
         vertex_cycles: u32 = 1, "cycles", 1..=256;
         /// From fragment to fragment of a pass.
@@ -106,6 +121,31 @@ pub const PRESETS: &[Preset<Params>] = &[
     },
 ];
 
+/// Holds parameters to what a sort can do.
+fn sortable(params: &Params) -> Result<(), ParamError> {
+    let value = |name: &str, found: &str, expected: &str| ParamError::Value {
+        name: name.to_string(),
+        found: found.to_string(),
+        expected: expected.to_string(),
+    };
+    if params.store == Store::FrameBuffer {
+        return Err(value("store", "framebuffer", "fbuffer, with `mode=sort`"));
+    }
+    if params.overflow == Overflow::Batch {
+        return Err(value("overflow", "batch", "window, with `mode=sort`"));
+    }
+    let places = params.size * params.size;
+    if params.sorter_lanes > places {
+        let found = params.sorter_lanes.to_string();
+        return Err(value(
+            "sorter_lanes",
+            &found,
+            &format!("at most {places}, the places of the F-buffer"),
+        ));
+    }
+    Ok(())
+}
+
 /// Everything that the blocks need to know, checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
@@ -117,6 +157,8 @@ pub struct Config {
     pub plays: plays::Config,
     /// The fragment program.
     pub shader: shader::Config,
+    /// The sort, if there is one.
+    pub sort: sort::Config,
     /// Hidden fragments are dropped before they are counted.
     pub early: bool,
 }
@@ -128,9 +170,14 @@ impl Config {
     /// `size` is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         power_of_two("size", params.size)?;
+        power_of_two("sorter_lanes", params.sorter_lanes)?;
+        let sorts = params.mode == Mode::Sort;
+        if sorts {
+            sortable(&params)?;
+        }
         let program = Program::new(params.program, params.seed, params.targets);
         let places = match params.store {
-            _ if program.count == 1 => Places::None,
+            _ if program.count == 1 && !sorts => Places::None,
             Store::FBuffer => Places::Counted(2 * params.size.ilog2()),
             Store::FrameBuffer => Places::Pixel,
         };
@@ -140,8 +187,14 @@ impl Config {
             fragment_cycles: params.fragment_cycles,
             windows: matches!(places, Places::Counted(_)) && params.overflow == Overflow::Window,
         };
-        let early =
-            params.early_depth == EarlyDepth::BeforeWindow || params.store == Store::FrameBuffer;
+        let early = params.early_depth == EarlyDepth::BeforeWindow
+            || params.store == Store::FrameBuffer
+            || sorts;
+        let sort = sort::Config {
+            screen,
+            place_bits: if sorts { window.place_bits() } else { 0 },
+            lane_bits: if sorts { params.sorter_lanes.ilog2() } else { 0 },
+        };
         let set_up_cycles = VERTICES * params.vertex_cycles;
         Ok(Config {
             params,
@@ -150,6 +203,7 @@ impl Config {
                 window,
                 passes: program.count,
                 background: early || program.count == 1,
+                sorts,
             },
             shader: shader::Config {
                 window,
@@ -157,6 +211,7 @@ impl Config {
                 targets: params.targets,
                 bits: params.component_bits.bits(),
             },
+            sort,
             early,
         })
     }
@@ -173,10 +228,16 @@ impl Config {
         &self.plays.window
     }
 
+    /// A pass leaves something for the next one.
+    #[inline]
+    pub fn stores(&self) -> bool {
+        self.plays.passes > 1
+    }
+
     /// Words of the F-buffer: none where a program has one pass.
     #[inline]
     pub fn words(&self) -> u32 {
-        self.shader.words()
+        if self.stores() { self.shader.words() } else { 0 }
     }
 
     /// Bits of a word.
@@ -223,6 +284,32 @@ mod tests {
         );
         assert_eq!(config(&[("size", "2048")]).unwrap().words(), 1 << 22);
         assert!(config(&[("size", "4096")]).is_err());
+    }
+
+    #[test]
+    fn a_sort_takes_windows_of_the_f_buffer() {
+        let sort = |settings: &[(&str, &str)]| {
+            let settings = [&[("mode", "sort"), ("size", "2")], settings].concat();
+            config(&settings).map(|_| ())
+        };
+        assert_eq!(sort(&[]), Ok(()));
+        let refused = |settings| sort(settings).unwrap_err();
+        assert_eq!(
+            refused(&[("store", "framebuffer")]),
+            "parameter `store` is framebuffer: expected fbuffer, with `mode=sort`"
+        );
+        assert_eq!(
+            refused(&[("overflow", "batch")]),
+            "parameter `overflow` is batch: expected window, with `mode=sort`"
+        );
+        assert_eq!(
+            refused(&[("sorter_lanes", "8")]),
+            "parameter `sorter_lanes` is 8: expected at most 4, the places of the F-buffer"
+        );
+        assert_eq!(
+            refused(&[("sorter_lanes", "3")]),
+            "parameter `sorter_lanes` is 3: expected a power of two"
+        );
     }
 
     #[test]

@@ -10,8 +10,18 @@ use pellucid_machine::arithmetic::{Layer, Shading, Unshaded};
 
 /// The arithmetic of a machine that runs the program `kind`, drawn from `seed` if it is random, with so many targets and bits of
 /// a component. Where fragments of a pixel share what is stored between passes, all but the last pass are run on the last of them.
-pub fn arithmetic(kind: Kind, seed: u32, targets: u32, bits: u32, shares: bool) -> Arithmetic {
+pub fn arithmetic(
+    kind: Kind,
+    seed: u32,
+    targets: u32,
+    bits: u32,
+    shares: bool,
+    sorts: bool,
+) -> Arithmetic {
     let name = match kind {
+        Kind::Tint | Kind::Restore if sorts => return Arithmetic::BLEND,
+        Kind::Glass if sorts => "exact blend of what `glass` shades",
+        Kind::Random if sorts => "exact blend of what a random program shades",
         _ if shares => "blend in arrival order, with one place for each pixel between passes",
         Kind::Tint | Kind::Restore => "blend in arrival order",
         Kind::Glass => "blend in arrival order of what `glass` shades",
@@ -23,8 +33,16 @@ pub fn arithmetic(kind: Kind, seed: u32, targets: u32, bits: u32, shares: bool) 
     let program =
         program.iter().fold(bits.into(), |program, (value, shift)| program | value << shift);
     let shading = Some(Shading { program, colour: shaded });
+    let colour = if sorts { sorted } else { in_order };
     // Any colour may come of a program and of the order.
-    Arithmetic { name, colour: Some(in_order), shading, error_bound: |_| 255 }
+    Arithmetic { name, colour: Some(colour), shading, error_bound: |_| 255 }
+}
+
+/// Layers over a colour, far to near, at equal depth in arrival order.
+fn sorted(layers: &[Layer], below: u32) -> u32 {
+    let mut layers = layers.to_vec();
+    layers.sort_by_key(|layer| std::cmp::Reverse(layer.z));
+    in_order(&layers, below)
 }
 
 /// Layers over a colour, in arrival order.

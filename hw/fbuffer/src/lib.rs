@@ -20,11 +20,13 @@ pub mod buffer;
 pub mod compositor;
 pub mod config;
 pub mod early_test;
+mod forms;
 pub mod golden;
 pub mod monitor;
 pub mod plays;
 pub mod program;
 pub mod shader;
+pub mod sort;
 pub mod window;
 
 #[cfg(test)]
@@ -42,6 +44,7 @@ use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn};
 use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, WritePort, rtl};
 use plays::{Play, Plays};
 use shader::Shader;
+use sort::Sort;
 use window::Window;
 
 /// The machine.
@@ -62,6 +65,8 @@ pub enum MachinePhase {
     Store,
     /// In the last pass of a window.
     Resolve,
+    /// Sorting what it has shaded.
+    Sort,
     /// The image is done, but the one before is still being shown.
     Wait,
 }
@@ -85,6 +90,12 @@ pub const PHASES: &[PhaseInfo] = &[
     PhaseInfo {
         name: "resolve",
         about: "Last passes: shaded fragments are tested and blended.",
+        works: true,
+        counts: true,
+    },
+    PhaseInfo {
+        name: "sort",
+        about: "Sorting the shaded fragments of a window, and blending them after the last one.",
         works: true,
         counts: true,
     },
@@ -118,12 +129,17 @@ pub struct State {
     /// See [`buffer`].
     #[with(cfg.shader)]
     #[block(Buffer)]
-    #[exists(cfg.plays.window.stores())]
+    #[exists(cfg.stores())]
     pub buffer: buffer::State,
     /// See [`front`].
     #[with(cfg.walker.screen)]
     #[block(Front)]
     pub front: front::State,
+    /// See [`sort`].
+    #[with(cfg.sort)]
+    #[block(Sort)]
+    #[exists(cfg.plays.sorts)]
+    pub sort: sort::State,
     /// See [`compositor`].
     #[with(cfg.walker.screen)]
     #[block(Compositor)]
@@ -135,8 +151,12 @@ pub struct State {
 pub struct Mem {
     /// See [`buffer`].
     #[block(Buffer, cfg.shader)]
-    #[exists(cfg.plays.window.stores())]
+    #[exists(cfg.stores())]
     pub buffer: buffer::Mem,
+    /// See [`sort`].
+    #[block(Sort, cfg.sort)]
+    #[exists(cfg.plays.sorts)]
+    pub sort: sort::Mem,
     /// See [`front`].
     #[block(Front, cfg.walker.screen)]
     pub front: front::Mem,
@@ -196,6 +216,8 @@ pub struct Events {
     pub over: bool,
     /// It was the first pass of a batch that does not fit.
     pub wasted: bool,
+    /// A pass of the sort is complete.
+    pub sort_pass: bool,
     /// The image is being shown.
     pub scanout: bool,
     /// The machine holds a finished frame.
@@ -205,7 +227,7 @@ pub struct Events {
 /// The phase of the machine whose front is at `front`, with a frame at hand or not.
 #[inline(always)]
 #[rtl]
-fn phase(front: front::Phase, busy: bool, shades: bool, last: bool) -> MachinePhase {
+fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool) -> MachinePhase {
     match front {
         front::Phase::Clear => MachinePhase::Clear,
         front::Phase::Wait => MachinePhase::Wait,
@@ -214,6 +236,8 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool) -> MachinePh
                 MachinePhase::Idle
             } else if !shades {
                 MachinePhase::Background
+            } else if sorts {
+                MachinePhase::Sort
             } else if last {
                 MachinePhase::Resolve
             } else {
@@ -230,7 +254,8 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool) -> MachinePh
     check(FBuffer, crate::test_util::small_fbuffer(&[("overflow", "batch"), ("fragment_cycles", "3")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "tint")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("store", "framebuffer")])),
-    check(FBuffer, crate::test_util::small_fbuffer(&[("early_depth", "before_window")]))
+    check(FBuffer, crate::test_util::small_fbuffer(&[("early_depth", "before_window")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("mode", "sort"), ("program", "tint"), ("sorter_lanes", "2")]))
 )]
 impl Block for FBuffer {
     type Config = Config;
@@ -252,6 +277,11 @@ impl Block for FBuffer {
         let window = Window::moore(&cfg.plays.window, &q.window, &());
         let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
         let front = Front::moore(screen, &q.front, &m.front);
+        let compositor = Compositor::moore(screen, &q.compositor, &());
+        let mut sort = sort::Moore { ready: true, gives: false, left: false };
+        if cfg.plays.sorts {
+            sort = Sort::moore(&cfg.sort, &q.sort, &m.sort);
+        }
 
         // What a pass gives: to the depth test; or at once to be blended, if it was tested before; or to the F-buffer.
         let Marked { end, item } = running.payload;
@@ -259,11 +289,12 @@ impl Block for FBuffer {
         let tests = end || is_opaque(coloured.rgba) || (plays.last && !cfg.early);
         let shaded =
             Stream { valid: running.valid && tests, payload: Marked { end, item: coloured } };
-        let advance = !shaded.valid || front.status.ready;
+        let direct = cfg.early && running.valid && !tests && plays.last;
+        let advance = (!shaded.valid || front.status.ready) && (!direct || sort.ready);
         let write =
             Stream { valid: running.valid && !tests && !plays.last, payload: item.placed.place };
         let mut to_blend = front.passed;
-        if cfg.early && running.valid && !tests && plays.last {
+        if direct {
             let Fragment { x, y, z, rgba, label } = coloured;
             to_blend = Stream::offer(Marked::item(PixelFragment {
                 pixel: y * cfg.walker.screen.width + x,
@@ -271,6 +302,23 @@ impl Block for FBuffer {
                 rgba,
                 label,
             }));
+        }
+
+        // Where it is sorted, what leaves the sort is blended.
+        let sorting = cfg.plays.sorts && plays.last;
+        let mut sort_pass = false;
+        if cfg.plays.sorts {
+            let to_sort = sort::In {
+                fragment: Stream { valid: sorting && to_blend.valid, payload: to_blend.payload },
+                number: plays.play.window << cfg.plays.window.place_bits() | item.placed.place,
+                last: !plays::more(&cfg.plays.window, plays.play.window, window.counted),
+                over: sorting && compositor.ended,
+            };
+            let sorted = Sort::next(&cfg.sort, &q.sort, &mut d.sort, &mut m.sort, to_sort);
+            sort_pass = sorted.pass;
+            if sorting {
+                to_blend = sorted.sorted;
+            }
         }
 
         let to_compositor = compositor::In { fragment: to_blend, colour: front.colour };
@@ -291,11 +339,11 @@ impl Block for FBuffer {
                 plays.play.shades,
             );
         }
-        let to_window = window::In { fragment, play: plays.play, advance, over: composed.ended };
+        let to_window = window::In { fragment, play: plays.play, advance, over: compositor.ended };
         let windowed =
             Window::next(&cfg.plays.window, &q.window, &mut d.window, &mut (), to_window);
         let values = Buffer::moore(&cfg.shader, &q.buffer, &m.buffer).values;
-        if cfg.plays.window.stores() {
+        if cfg.stores() {
             let to_buffer = buffer::In {
                 read: windowed.read,
                 write,
@@ -331,8 +379,9 @@ impl Block for FBuffer {
         let to_plays = plays::In {
             comes: i.primitive.valid && ready,
             end: ends,
-            over: composed.ended,
+            over: compositor.ended,
             counted: window.counted,
+            left: sort.left,
             done: plays.finished && !front.status.shows,
         };
         let played = Plays::next(&cfg.plays, &q.plays, &mut d.plays, &mut (), to_plays);
@@ -340,7 +389,7 @@ impl Block for FBuffer {
         let to_front = front::In {
             fragment: shaded,
             image_ready: i.image_ready,
-            passed_ready: true,
+            passed_ready: !sorting || sort.ready,
             stored: played.finished,
             resolved: plays.finished,
             again: played.again,
@@ -354,7 +403,7 @@ impl Block for FBuffer {
 
         let busy = plays.busy || offered;
         Out {
-            phase: phase(front.status.phase, busy, plays.play.shades, plays.last),
+            phase: phase(front.status.phase, busy, plays.play.shades, plays.last, sort.gives),
             primitive: i.primitive.with(ready),
             image: front.status.image.with(i.image_ready),
             replay: plays.replay,
@@ -371,8 +420,9 @@ impl Block for FBuffer {
                 hidden: done.hidden,
                 culled: done.culled || tested.culled,
                 blended: composed.blended,
-                over: composed.ended,
+                over: compositor.ended,
                 wasted: played.wasted,
+                sort_pass,
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },

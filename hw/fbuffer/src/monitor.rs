@@ -2,8 +2,7 @@
 
 use super::config::{Config, Store, VERTICES};
 use super::{FBuffer, MachinePhase, Out, PHASES, State};
-use crate::golden;
-use pellucid_blocks::front;
+use crate::{forms, golden};
 use pellucid_blocks::front::monitor::FrontMonitor;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::primitive::Primitive;
@@ -11,7 +10,6 @@ use pellucid_machine::{
     Arithmetic, Census, Check, Dealer, Fragments, Machine, Memories, Monitor, PhaseCounts,
     PhaseInfo, Ports, Seen, Tally, outside, seen, waits,
 };
-use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
 pellucid_sim::counters! {
@@ -19,7 +17,7 @@ pellucid_sim::counters! {
     pub struct FBufferCounters {
         /// Transparent fragments that get a place (N): all, hidden or not, or where depth is tested early the visible ones.
         fragments: "fragments",
-        /// Windows over these, or batches of primitives, that were shaded to the end; one at least for each frame.
+        /// Windows over these, or batches of primitives, that were shaded to the end, again in each round of a sort; one at least for each frame.
         windows: "windows",
         /// How often the primitives were submitted: for each pass of each window, and for the background if it has a play of its own.
         submissions: "submissions",
@@ -35,7 +33,7 @@ pellucid_sim::counters! {
         wasted_passes: "passes",
         /// Fragments that went through these.
         wasted_fragments: "fragments",
-        /// Passes of a sort over memory.
+        /// Passes of the sort over its memory.
         sort_passes: "passes",
     }
 }
@@ -91,6 +89,7 @@ impl Machine for FBuffer {
             params.targets,
             cfg.shader.bits,
             params.store == Store::FrameBuffer,
+            cfg.plays.sorts,
         )
     }
 
@@ -110,79 +109,7 @@ impl Machine for FBuffer {
     }
 
     fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
-        let figure = |name| tally.figure(name);
-        let check = |what, expected, found| Check { what, expected, found };
-        let window = cfg.window();
-        let places = u64::from(window.places());
-        let passes = u64::from(cfg.plays.passes);
-        let of = |frame: &Census| {
-            let visible = (0..).zip(&frame.visible).map(|(layers, pixels)| layers * pixels).sum();
-            if cfg.early { visible } else { frame.transparent }
-        };
-        let fragments: u64 = frames.iter().map(of).sum();
-        let background = if cfg.plays.background { frames.len() as u64 } else { 0 };
-        let (windows, wasted) = (figure("windows"), figure("wasted_passes"));
-        let mut checks = vec![
-            check("fragments that get a place, N", fragments, figure("fragments")),
-            check(
-                "submissions, windows * passes, those of wasted passes and of the background",
-                windows * passes + wasted + background,
-                figure("submissions"),
-            ),
-            check(
-                "fragments shaded, N * passes and those of wasted passes",
-                fragments * passes + figure("wasted_fragments"),
-                figure("shaded"),
-            ),
-        ];
-        if !cfg.plays.batches() {
-            let windows_of = |frame: &Census| {
-                if window.counts() { of(frame).div_ceil(places).max(1) } else { 1 }
-            };
-            checks.extend([
-                check(
-                    "windows, ceil(N / S) of each frame",
-                    frames.iter().map(windows_of).sum(),
-                    windows,
-                ),
-                check(
-                    "fragments discarded, N * (ceil(N / S) - 1) * passes of each frame",
-                    frames.iter().map(|frame| of(frame) * (windows_of(frame) - 1) * passes).sum(),
-                    figure("discarded"),
-                ),
-                check("wasted passes", 0, wasted),
-            ]);
-            if let [_] = frames {
-                checks.push(check(
-                    "vertices, three for each primitive of each submission",
-                    u64::from(VERTICES) * figure("primitives") * figure("submissions"),
-                    figure("vertices"),
-                ));
-            }
-        }
-        if let Some(buffer) = tally.memory("buffer.words") {
-            checks.extend([
-                check(
-                    "words written, N * (passes - 1) and those of wasted passes",
-                    fragments * (passes - 1) + figure("wasted_fragments"),
-                    buffer.info.writes,
-                ),
-                check("words read, N * (passes - 1)", fragments * (passes - 1), buffer.info.reads),
-            ]);
-        }
-        // Neither vertices nor fragments come faster than they can.
-        let cycles = tally.cycles.total;
-        let least = [
-            u64::from(VERTICES * cfg.params.vertex_cycles) * figure("vertices")
-                / u64::from(VERTICES),
-            u64::from(cfg.params.fragment_cycles)
-                * (figure("shaded").saturating_sub(figure("submissions")))
-                + figure("discarded"),
-        ];
-        for least in least {
-            checks.push(check("cycles, at least the larger term", least, least.min(cycles)));
-        }
-        checks
+        forms::closed_forms(cfg, tally, frames)
     }
 }
 
@@ -225,8 +152,10 @@ impl Monitor<FBuffer> for FBufferMonitor {
         fragments.arrived += u64::from(came);
         fragments.drawn += u64::from(e.drawn);
         fragments.hidden += u64::from(e.hidden);
-        // All that get a place go by once in the last pass of the first window, of each batch.
+        // All that get a place go by once in the last pass of the first window, of each batch; and again in further rounds.
         let last = o.play.shades && q.plays.pass + 1 == cfg.plays.passes && o.play.window == 0;
+        let last = last && !(cfg.plays.sorts && q.sort.behind.valid);
+        own.sort_passes += u64::from(e.sort_pass);
         own.fragments += u64::from(last && (e.shaded || e.discarded));
         fragments.culled +=
             u64::from(last && e.culled && cfg.early) + u64::from(e.culled && !cfg.early);
@@ -243,10 +172,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
     }
 
     fn deadlock(&self, cycle: u64, idle: u64, q: &State) -> Deadlock {
-        let state = |block: &str| match block {
-            "scanout" => FrontMonitor::state(block, &q.front),
-            _ => state_name(front::Phase::Store),
-        };
+        let state = |block: &str| FrontMonitor::state(block, &q.front);
         Deadlock { cycle, idle, waits: waits(&self.streams(), state) }
     }
 

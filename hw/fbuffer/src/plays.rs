@@ -7,7 +7,8 @@
 //!                     +-------+
 //! ```
 //! A frame is played once for each pass of each window, windows in order. How many windows there are is known once the
-//! first pass of the first one is over, since all fragments are counted in each play. Where fragments come in batches of primitives
+//! first pass of the first one is over, since all fragments are counted in each play. Where a sort leaves fragments for a further
+//! round all windows come again. Where fragments come in batches of primitives
 //! instead, a batch that has more fragments than places is halved, and its first pass was wasted; a primitive alone is not halved,
 //! and what it has beyond the places is lost. All primitives are the first batch.
 //!
@@ -32,6 +33,8 @@ pub struct Config {
     pub passes: u32,
     /// What is opaque is drawn in a play of its own.
     pub background: bool,
+    /// All windows come again, round after round, while a sort leaves fragments for a further one.
+    pub sorts: bool,
 }
 
 impl Config {
@@ -109,8 +112,18 @@ pub struct In {
     #[width(window::COUNT_BITS)]
     #[exists(cfg.window.counts())]
     pub counted: u32,
+    /// There are fragments for a further round.
+    #[exists(cfg.sorts)]
+    pub left: bool,
     /// The frame is complete and is shown from the next cycle on.
     pub done: bool,
+}
+
+/// Whether there are windows after this one, for so many fragments.
+#[inline(always)]
+#[rtl]
+pub fn more(cfg: &window::Config, window: u32, counted: u32) -> bool {
+    cfg.windows && counted > 0 && (counted.saturating_sub(1) >> cfg.place_bits()) > window
 }
 
 /// Outputs of registers.
@@ -220,14 +233,10 @@ impl Block for Plays {
         let wasted = i.over && cfg.batches() && first_pass && !fits && covered > 1;
 
         // What is left when its last pass is over.
-        let mut more = false;
-        if cfg.batches() {
-            more = left > covered;
-        } else if cfg.window.windows {
-            more = i.counted > 0
-                && ((i.counted.saturating_sub(1)) >> cfg.window.place_bits()) > q.window;
-        }
-        let again = i.over && (!last || more || wasted);
+        let further =
+            if cfg.batches() { left > covered } else { more(&cfg.window, q.window, i.counted) };
+        let round = cfg.sorts && i.left && !further;
+        let again = i.over && (!last || further || wasted || round);
         let finished = i.over && !again;
         if i.over {
             d.later = true;
@@ -239,10 +248,10 @@ impl Block for Plays {
                 d.length = covered - (covered >> 1);
             } else if play.shades && !last {
                 d.pass = q.pass + 1;
-            } else if last && more {
+            } else if last && (further || round) {
                 d.pass = 0;
                 if cfg.window.windows {
-                    d.window = q.window + 1;
+                    d.window = if round { 0 } else { q.window + 1 };
                 }
                 d.first = q.first + covered;
             }

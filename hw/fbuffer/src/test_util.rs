@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Params};
 use crate::window::Places;
-use crate::{plays, shader, window};
+use crate::{plays, shader, sort, window};
 use pellucid_machine::params::Parameters;
 pub use pellucid_test_util::*;
 
@@ -23,7 +23,12 @@ pub fn window(place_bits: u32, fragment_cycles: u32, windows: bool) -> window::C
 
 /// Plays of so many passes, in windows or batches.
 pub fn plays(passes: u32, windows: bool, background: bool) -> plays::Config {
-    plays::Config { window: window(2, 1, windows), passes, background }
+    plays::Config { window: window(2, 1, windows), passes, background, sorts: false }
+}
+
+/// A sort of windows of 2^`place_bits` places, with 2^`lane_bits` lanes.
+pub fn sort(place_bits: u32, lane_bits: u32) -> sort::Config {
+    sort::Config { screen: screen(7, 5), place_bits, lane_bits }
 }
 
 /// The machine's fragment program of that name.

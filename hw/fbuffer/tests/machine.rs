@@ -170,7 +170,7 @@ proptest! {
     #[test]
     fn batches_are_halved_until_they_fit((setup, frame) in one_frame(&ARCHITECTURE), side in 2..4u32) {
         let setup = setup.with(with(&[
-            ("program", "glass"), ("overflow", "batch"), ("store", "fbuffer"), ("early_depth", "off"),
+            ("program", "glass"), ("overflow", "batch"), ("mode", "shade"), ("store", "fbuffer"), ("early_depth", "off"),
             ("size", &(1 << side).to_string()),
         ]));
         let transparent: Vec<bool> = frame.iter().map(|f| !f.is_opaque()).collect();
@@ -208,4 +208,28 @@ fn a_primitive_with_more_fragments_than_places_loses_some() {
     assert_eq!((lit, dropped), (blended, 0));
     assert!(blended > 4);
     assert_eq!(drawn("batch"), (4, 4, blended - 4));
+}
+
+/// Sorted, any order of arrival gives the exact image; in one window with the passes of the network, or in as many rounds as
+/// there are windows.
+#[test]
+fn a_sort_is_exact_whatever_the_order() {
+    let names = ["windows", "submissions", "sort_passes"];
+    // 100 fragments are padded to 128: 7 * 8 / 2 passes.
+    for (size, windows, rounds) in [("16", 1, 1), ("8", 2, 2), ("4", 7, 7)] {
+        for program in ["tint", "restore"] {
+            let frame = points(100);
+            let settings =
+                [("mode", "sort"), ("program", program), ("size", size), ("sorter_lanes", "2")];
+            let setup = setup(&settings);
+            assert_eq!(setup.image(&frame).unwrap(), setup.golden(&frame).image);
+            let [found, submissions, sort_passes] = figures(&tally(&settings, &frame), names);
+            assert_eq!(found, windows * rounds);
+            let passes = if program == "tint" { 1 } else { 2 };
+            assert_eq!(submissions, 1 + found * passes);
+            if windows == 1 {
+                assert_eq!(sort_passes, 28);
+            }
+        }
+    }
 }

@@ -15,7 +15,8 @@ struct Seen {
 /// All plays of a frame whose primitives have so many fragments; and whether it was as at reset in the end.
 fn frame(cfg: Config, fragments: &[u32]) -> Vec<Seen> {
     let mut sim = Sim::<Plays>::new(cfg);
-    let nothing = In { comes: false, end: false, over: false, counted: 0, done: false };
+    let nothing =
+        In { comes: false, end: false, over: false, counted: 0, left: false, done: false };
     let mut seen = vec![];
     loop {
         assert!(seen.len() < 1000, "the frame does not end");
