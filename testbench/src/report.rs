@@ -19,7 +19,7 @@ use entry::meaning;
 use lists::{MEMORY_FIELDS, STREAM_FIELDS, memory_json, memory_values, stream_json, stream_values};
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Cycles, MemoryTally, Model, StreamTally, Tally};
+use pellucid_machine::{Cycles, MemoryTally, Model, Tally};
 use pellucid_sim::{Figure, Figures};
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
