@@ -69,7 +69,7 @@ impl OutputError {
 
 /// What went wrong as a user reads it: the innermost cause (a temporary file's error wraps the cause in
 /// the temporary name, which means nothing to a user), without the system's error number.
-pub(crate) fn reason(error: &io::Error) -> String {
+pub fn reason(error: &io::Error) -> String {
     let mut cause: &dyn Error = error;
     while let Some(inner) = cause.source() {
         cause = inner;

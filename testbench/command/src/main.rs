@@ -6,6 +6,7 @@
 mod area;
 mod check;
 mod compare;
+mod explain;
 mod explore;
 mod export;
 mod list;
@@ -64,6 +65,8 @@ enum Command {
     Compare(compare::CompareArgs),
     /// Sends scenes through every design of a study, and shows which are worth building
     Explore(explore::ExploreArgs),
+    /// Shows what differs most between two runs: cycles, stalls, traffic
+    Explain(explain::ExplainArgs),
     /// Runs a share of the points of a study, for many computers that share a folder
     RunPoint(explore::RunPointArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
@@ -202,6 +205,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Explore(args) => explore::explore(&args),
+        Command::Explain(args) => explain::explain(&args),
         Command::RunPoint(args) => explore::run_point(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),

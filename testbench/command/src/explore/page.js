@@ -149,6 +149,11 @@ function pin(design) {
     if (one.out !== null) make("p", {}, section, `Out: ${one.out}`);
     make("p", {}, section, DATA.objectives.map((objective, k) => `${objective.name}: ${written(quantities[k].of(one))}`).join("; "));
     one.commands.forEach((command) => make("pre", {}, section, command));
+    const last = [...pinned].at(-2);
+    if (last && one === [...pinned].at(-1) && last.files[0] && one.files[0]) {
+      make("p", {}, section, "Why they differ:");
+      make("pre", {}, section, `pellucid explain ${last.files[0]} ${one.files[0]}`);
+    }
     make("button", {}, section, "Unpin").addEventListener("click", () => pin(one));
   }
   scatter();

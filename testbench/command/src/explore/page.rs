@@ -113,6 +113,7 @@ fn data(
             "out": out,
             "objectives": objectives(study, candidate).ok(),
             "commands": candidate.commands,
+            "files": candidate.files.iter().map(|file| file.as_ref().map(|file| file.display().to_string())).collect::<Vec<_>>(),
             "figures": each.collect::<Vec<_>>(),
         })
     });

@@ -161,7 +161,8 @@ impl Points {
         Some(found)
     }
 
-    fn path(&self, key: &Key) -> PathBuf {
+    /// The file of a point.
+    pub fn path(&self, key: &Key) -> PathBuf {
         self.folder.join(format!("{}.json", key.hash))
     }
 

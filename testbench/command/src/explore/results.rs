@@ -22,7 +22,7 @@ pub const FILES: [(&str, &str); 4] = [
 ];
 
 /// Columns that are no parameter and no figure.
-const FIXED: [(&str, &str); 8] = [
+const FIXED: [(&str, &str); 9] = [
     ("design", "Number of the design, from 0."),
     ("scene", "The scene, as `pellucid run` takes it."),
     ("arch", "The architecture."),
@@ -31,6 +31,7 @@ const FIXED: [(&str, &str); 8] = [
     ("reason", "Why it is not right."),
     ("front", "Whether the design is on the front."),
     ("command", "What does the same."),
+    ("file", "Where the point is kept, with its whole report."),
 ];
 /// What the names of columns with parameters begin with.
 const PARAMETER: &str = "parameter.";
@@ -67,8 +68,9 @@ fn rows(
     for (number, (candidate, (_, front))) in candidates.iter().zip(standings).enumerate() {
         let choice = &candidate.design.choice;
         let parameters = parameters(candidate);
-        let points = study.scenes.iter().zip(&candidate.outcomes).zip(&candidate.commands);
-        for ((scene, outcome), command) in points {
+        let points = study.scenes.iter().zip(&candidate.outcomes);
+        let points = points.zip(&candidate.commands).zip(&candidate.files);
+        for (((scene, outcome), command), file) in points {
             let Some(Outcome { status, reason, figures }) = outcome else { continue };
             let fixed = [
                 json!(number),
@@ -79,6 +81,7 @@ fn rows(
                 json!(reason),
                 json!(front),
                 json!(command),
+                json!(file.as_ref().map(|file| file.display().to_string())),
             ];
             let mut row: Map<String, Json> = FIXED
                 .iter()

@@ -13,6 +13,7 @@ use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, CaseError, Cases, Trial};
 use rayon::prelude::*;
 use serde_json::Value as Json;
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Mutex;
 
@@ -24,6 +25,8 @@ pub struct Candidate {
     pub values: Vec<(String, Value)>,
     /// For each scene the command that does the same.
     pub commands: Vec<String>,
+    /// For each scene the file that has it, if there is a machine.
+    pub files: Vec<Option<PathBuf>>,
     /// For each scene what came of it; nothing as long as it has not been run.
     pub outcomes: Vec<Option<Outcome>>,
 }
@@ -91,6 +94,7 @@ impl Work<'_> {
         let mut candidate = Candidate {
             values: vec![],
             commands: scenes.iter().map(|scene| command(&design, scene)).collect(),
+            files: vec![None; scenes.len()],
             outcomes: vec![],
             design,
         };
@@ -101,6 +105,7 @@ impl Work<'_> {
                     let (arch, values) = (candidate.design.choice.arch.name, machine.values());
                     let key = self.points.key(arch, &values, &scene.arguments(), &scene.name);
                     candidate.values = values;
+                    candidate.files[k] = Some(self.points.path(&key));
                     let kept = self.points.get(&key);
                     match kept {
                         Some(_) => self.kept += 1,

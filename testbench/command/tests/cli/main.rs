@@ -14,6 +14,7 @@ mod check;
 mod compare;
 mod composer;
 mod energy;
+mod explain;
 mod explore;
 mod explore_page;
 mod export;
