@@ -10,7 +10,7 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 28] = [
+pub const EVENTS: [&str; 35] = [
     "counted",
     "stored",
     "spilled",
@@ -37,6 +37,13 @@ pub const EVENTS: [&str; 28] = [
     "round_failed",
     "band_done",
     "pass_begins",
+    "submitted",
+    "shaded",
+    "discarded",
+    "culled",
+    "play_done",
+    "wasted",
+    "sort_pass",
     "scanout",
     "frame_done",
 ];

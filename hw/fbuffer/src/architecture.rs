@@ -26,7 +26,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("program", "glass"), ("store", "framebuffer"), ("component_bits", "16")],
         &[("program", "tint"), ("mode", "sort")],
     ],
-    tight: &[("size", "16"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
+    tight: &[("size", "32"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {

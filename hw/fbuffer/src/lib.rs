@@ -213,7 +213,7 @@ pub struct Events {
     /// A shaded fragment was blended.
     pub blended: bool,
     /// A play is over.
-    pub over: bool,
+    pub play_done: bool,
     /// It was the first pass of a batch that does not fit.
     pub wasted: bool,
     /// A pass of the sort is complete.
@@ -420,7 +420,7 @@ impl Block for FBuffer {
                 hidden: done.hidden,
                 culled: done.culled || tested.culled,
                 blended: composed.blended,
-                over: compositor.ended,
+                play_done: compositor.ended,
                 wasted: played.wasted,
                 sort_pass,
                 scanout: front.status.shows,

@@ -160,7 +160,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
         fragments.culled +=
             u64::from(last && e.culled && cfg.early) + u64::from(e.culled && !cfg.early);
         fragments.blended += u64::from(e.blended);
-        if e.over {
+        if e.play_done {
             self.over(cfg, q, o);
         }
         self.frames += u64::from(e.frame_done);

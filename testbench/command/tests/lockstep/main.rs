@@ -333,3 +333,21 @@ fn a_fault_in_the_text_of_the_ppll_is_seen() {
         ],
     );
 }
+
+#[test]
+fn a_fault_in_the_text_of_the_fbuffer_is_seen() {
+    faults_are_seen(
+        first("fbuffer"),
+        &[
+            ("plays.v", "window_q + ", "window_q - "),
+            ("shader.v", "32'hff000000 - stages_0", "32'hff000000 + stages_0"),
+            (
+                "shader.v",
+                "{1'd0, entered_payload_item_registers_5} + ",
+                "{1'd0, entered_payload_item_registers_5} - ",
+            ),
+            ("walker.v", "walk_payload_item_at_z_q + ", "walk_payload_item_at_z_q - "),
+            ("window.v", "counted_q + ", "counted_q - "),
+        ],
+    );
+}
