@@ -57,6 +57,8 @@ pub(super) struct Part {
     pub rim: f32,
     /// Whether the colours are drawn as they are, without light.
     pub unlit: bool,
+    /// Whether machines that take primitives are sent all triangles, those without a pixel too.
+    pub sent_whole: bool,
     /// What gives the fragments their colours instead of `colours`, where there are textures or a cutoff of alpha.
     pub paint: Option<Arc<Paint>>,
     /// Vertices of each triangle, all in range.

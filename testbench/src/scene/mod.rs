@@ -149,6 +149,20 @@ impl Scene {
                 let info = info(built_in::panes::BACKGROUND);
                 flat(name, built_in::panes::triangles(), info, options)
             }
+            "triangles" => {
+                let info = info(built_in::triangles::BACKGROUND);
+                flat(name, built_in::triangles::pair(), info, options)
+            }
+            "rainbow" => {
+                let info = info(built_in::triangles::BACKGROUND);
+                flat(name, built_in::triangles::rainbow(), info, options)
+            }
+            "sphere-12288" | "sphere-196608" => {
+                let steps = if name == "sphere-12288" { 64 } else { 256 };
+                let camera = own_view(built_in::sphere::camera, options);
+                let parts = built_in::sphere::parts(steps);
+                surface(name, parts, camera, info(built_in::BACKDROP), options)
+            }
             _ => match (built_in::paper::frame(name), Quads::parse(name)) {
                 (Some(frame), _) => paper(name, frame, info(built_in::paper::BACKGROUND), options),
                 (None, Some(quads)) => {

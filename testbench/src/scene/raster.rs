@@ -8,7 +8,7 @@
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
 use super::order::Order;
-use super::set_up::SetUp;
+use super::set_up::{SetUp, nowhere};
 use glam::{DVec4, Vec4};
 use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_machine::primitive::Primitive;
@@ -39,12 +39,18 @@ pub(super) struct Raster {
     width: u32,
     height: u32,
     order: Order,
+    sends_all: bool,
 }
 
 impl Raster {
     /// For a frame of this size; fragments come in this order.
     pub fn new(info: Screen, order: Order) -> Raster {
-        Raster { width: info.width, height: info.height, order }
+        Raster { width: info.width, height: info.height, order, sends_all: false }
+    }
+
+    /// The same that gives an engine triangles without a pixel too, whose vertices it then has to process.
+    pub fn sending_all(self, sends_all: bool) -> Raster {
+        Raster { sends_all, ..self }
     }
 
     /// Sends the fragments of one triangle, either side of it.
@@ -53,29 +59,33 @@ impl Raster {
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.on_screen(triangle, &mut |triangle| triangle.draw(self.order, sink))
+        self.on_screen(triangle, &mut |triangle| match triangle {
+            Some(triangle) => triangle.draw(self.order, sink),
+            None => Ok(()),
+        })
     }
 
     /// Sends one triangle, either side of it, set up for an engine: as several where it had to be cut or its colours
-    /// are no plane, as none where it has no pixel. Their fragments, row by row, are those of [`Raster::draw`].
+    /// are no plane, as none where it has no pixel, unless all are sent. Their fragments, row by row, are those of [`Raster::draw`].
     pub fn set_up<E>(
         &self,
         triangle: [Vertex; 3],
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.on_screen(triangle, &mut |triangle| {
-            triangle.primitives().iter().try_for_each(|primitive| sink(*primitive))
+        self.on_screen(triangle, &mut |triangle| match triangle {
+            Some(triangle) => triangle.primitives().iter().try_for_each(|part| sink(*part)),
+            None if self.sends_all => sink(nowhere()),
+            None => Ok(()),
         })
     }
 
-    /// Cuts one triangle as far as it has to be, projects it and sets it up.
+    /// Cuts one triangle as far as it has to be, projects it and sets it up; nothing comes of a part without a pixel.
     fn on_screen<E>(
         &self,
         triangle: [Vertex; 3],
-        each: &mut dyn FnMut(SetUp) -> Result<(), E>,
+        each: &mut dyn FnMut(Option<SetUp>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut each =
-            |corners| SetUp::new(corners, self.width, self.height).map_or(Ok(()), &mut *each);
+        let mut each = |corners| each(SetUp::new(corners, self.width, self.height));
         if is_inside(&triangle) {
             return each(triangle.each_ref().map(|vertex| self.corner(vertex)));
         }

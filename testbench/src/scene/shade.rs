@@ -98,8 +98,9 @@ impl Surface {
                 painted.push(Painted { triangles, first_vertex: first, paint });
             }
         }
-        let projected =
-            Projected { painted, splats, ..Projected::new(vertices, triangles, info, order) };
+        let projected = Projected::new(vertices, triangles, info, order);
+        let raster = projected.raster.sending_all(parts.iter().any(|part| part.sent_whole));
+        let projected = Projected { painted, splats, raster, ..projected };
         Surface { parts, camera, info, projected }
     }
 

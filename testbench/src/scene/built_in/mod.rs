@@ -9,7 +9,9 @@ pub(super) mod plant;
 pub(super) mod quads;
 mod shapes;
 pub(super) mod smoke;
+pub(super) mod sphere;
 pub(super) mod teapot;
+pub(super) mod triangles;
 
 /// Background of the teapot, of quads and of mesh files, `0xRRGGBB`.
 pub(super) const BACKDROP: u32 = 0xf4f1ea;
@@ -25,7 +27,7 @@ pub struct BuiltIn {
     pub about: &'static str,
 }
 
-const BUILT_IN: [BuiltIn; 14] = [
+const BUILT_IN: [BuiltIn; 18] = [
     one(
         "glass",
         "tinted panes and spheres that intersect, among opaque things on a checkered floor",
@@ -37,6 +39,19 @@ const BUILT_IN: [BuiltIn; 14] = [
         "panes",
         "the example of the image composition paper: seven panes, where all meet yellow over blue is green",
     ),
+    one(
+        "triangles",
+        "Figure 1 of the F-buffer paper: a cyan triangle, then a yellow one before it, each half transparent",
+    ),
+    one(
+        "rainbow",
+        "Figure 2 of the F-buffer paper: a half transparent triangle, red, green and blue at its corners",
+    ),
+    one(
+        "sphere-12288",
+        "a half transparent sphere of 4096 triangles, 12 288 vertices, its back first",
+    ),
+    one("sphere-196608", "the same sphere of 65 536 triangles, 196 608 vertices"),
     BuiltIn {
         example: "quads-5-50",
         ..one(

@@ -28,10 +28,24 @@ pub(super) fn sphere(name: &str, centre: Vec3, radius: f32, colour: Vec4) -> Par
 /// Appends a sphere with so many steps around it; half as many from pole to pole.
 pub(super) fn sphere_of(part: &mut Part, centre: Vec3, radius: f32, steps: u32) {
     grid(part, steps, steps / 2, |u, v| {
-        let ((sin_u, cos_u), (sin_v, cos_v)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
-        let normal = vec3(sin_v * cos_u, cos_v, sin_v * sin_u);
+        let normal = on_sphere(u, v);
         (centre + radius * normal, normal)
     });
+}
+
+/// Appends a sphere of radius 1 around the origin whose poles lie on the z axis, ring by ring from the farther one.
+pub(super) fn sphere_along_z(part: &mut Part, steps: u32) {
+    grid(part, steps, steps / 2, |u, v| {
+        let Vec3 { x, y, z } = on_sphere(u, v);
+        let normal = vec3(x, z, -y);
+        (normal, normal)
+    });
+}
+
+/// The point of the sphere of radius 1 that is so much of the way around it, and from its upper pole down.
+fn on_sphere(u: f32, v: f32) -> Vec3 {
+    let ((sin_u, cos_u), (sin_v, cos_v)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
+    vec3(sin_v * cos_u, cos_v, sin_v * sin_u)
 }
 
 /// Appends a tube without ends, from a point on, with so many steps around and along it.

@@ -9,7 +9,7 @@ use std::convert::Infallible;
 const SIDE: u32 = 24;
 
 fn raster() -> Raster {
-    Raster { width: SIDE, height: SIDE, order: Order::ScanLine }
+    Raster { width: SIDE, height: SIDE, order: Order::ScanLine, sends_all: false }
 }
 
 fn corner((x, y): (i64, i64)) -> Corner {
