@@ -16,6 +16,9 @@ pub trait Timing {
     fn answers(&self) -> bool;
     /// Nothing is under way, and nothing changes until something is asked: cycles in which nothing is need not be told.
     fn idle(&self) -> bool;
+    /// Cycles in which nothing may be taken or answered while something is under way, at most: how long the oldest read may wait while
+    /// nothing else is asked.
+    fn longest(&self) -> u64;
     /// A cycle: which request was taken, if one was, and whether an answer was.
     fn cycle(&mut self, asked: Option<Asked>, answered: bool);
     /// Forgets all that is under way.
@@ -62,6 +65,9 @@ impl Timing for Fixed {
     }
     fn idle(&self) -> bool {
         self.due.is_empty()
+    }
+    fn longest(&self) -> u64 {
+        self.latency.into()
     }
     fn cycle(&mut self, asked: Option<Asked>, answered: bool) {
         if answered {
@@ -219,6 +225,10 @@ impl<M: Machine> Memories<M> {
     /// What the outside memory's timing has counted.
     pub fn figures(&self) -> Vec<Figure> {
         self.outside.as_ref().map_or(vec![], |memory| memory.timing.figures())
+    }
+    /// [`Timing::longest`] of the outside memory; 0 if there is none.
+    pub fn longest(&self) -> u64 {
+        self.outside.as_ref().map_or(0, |memory| memory.timing.longest())
     }
     /// Counts that from here on.
     pub fn count_anew(&mut self) {
@@ -415,6 +425,9 @@ mod tests {
         }
         fn idle(&self) -> bool {
             false
+        }
+        fn longest(&self) -> u64 {
+            self.delays.iter().copied().max().unwrap_or(0)
         }
         fn cycle(&mut self, asked: Option<Asked>, answered: bool) {
             if answered {

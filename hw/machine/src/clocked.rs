@@ -12,7 +12,8 @@ use crate::tally::Tally;
 use pellucid_sim::block::Cycle;
 use pellucid_sim::{Declare, Fault, Memory, Registers, Sampler, Signals, Sim, Stream, Watchdog};
 
-/// Cycles without progress after which a simulation is given up.
+/// Cycles without progress after which a simulation is given up, beside those that its outside memory
+/// [may take](Timing::longest).
 pub const WATCHDOG_CYCLES: u64 = 100_000;
 /// How often the watchdog looks.
 const LOOK_EVERY: u64 = 1 << 14;
@@ -76,10 +77,13 @@ impl<M: Machine> Clocked<M> {
     /// A machine at power-up.
     pub fn new(cfg: M::Config) -> Clocked<M> {
         let of_image = M::screen(&cfg).pixels() as usize;
+        let monitor = M::Monitor::new(&cfg);
+        let mut sim = Sim::new(cfg);
+        let watchdog = Self::watchdog(&mut sim);
         Clocked {
-            monitor: M::Monitor::new(&cfg),
-            sim: Sim::new(cfg),
-            watchdog: Watchdog::new(WATCHDOG_CYCLES),
+            monitor,
+            sim,
+            watchdog,
             pixels: Vec::with_capacity(of_image),
             of_image,
             images: vec![],
@@ -93,6 +97,10 @@ impl<M: Machine> Clocked<M> {
             display: None,
             input: M::Item::input(Stream::idle(), false, outside::In::default()),
         }
+    }
+
+    fn watchdog(sim: &mut Sim<Board<M>>) -> Watchdog {
+        Watchdog::new(WATCHDOG_CYCLES + sim.memories().longest())
     }
 
     fn offered(offer: Offer) -> Stream<Marked<M::Item>> {
@@ -229,6 +237,7 @@ impl<M: Machine> Dut for Clocked<M> {
 
     fn set_timing(&mut self, timing: Box<dyn Timing>) {
         self.sim.memories().set_timing(timing);
+        self.watchdog = Self::watchdog(&mut self.sim);
     }
 
     fn watch(&mut self, observer: Box<dyn Observer>) {

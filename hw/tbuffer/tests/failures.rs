@@ -1,5 +1,6 @@
 //! A model at fault is shown with the cycles before, up to the cycle at fault.
 
+use pellucid_machine::board::Fixed;
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::{Failure, Item, Offer};
 use pellucid_machine_properties::frames::Setup;
@@ -119,6 +120,33 @@ fn a_stand_still_is_shown_with_what_led_to_it() {
     assert_eq!((value.as_str(), cycles[0] < *offered), ("1", true));
     assert!(at - offered < 10, "offered in {offered}, nothing moves from {at} on");
     assert!(cycles.contains(&at) && cycles.len() > 1000);
+}
+
+/// How long nothing may move follows from the memory.
+#[test]
+fn a_memory_that_takes_a_millisecond_is_no_stand_still() {
+    let outside = vec![("sections", "1".to_string())];
+    let setup = Setup::free(&ARCHITECTURE, SCREEN, outside);
+    let frame: Vec<Fragment> = (0..100).map(fragment).collect();
+    let mut bench = Bench::new(&*setup.model);
+    bench.set_timing(Box::new(Fixed::new(1_000_000)));
+    bench
+        .traced(|bench| {
+            frame.iter().try_for_each(|fragment| bench.send(&(*fragment).into()))?;
+            bench.end_frame()?;
+            bench.wait_for(1, |_, _| Ok(()))
+        })
+        .unwrap();
+    assert!(bench.cycles() > 1_000_000);
+    assert_eq!(bench.take_images()[0], setup.golden_image(&frame));
+    // A display that takes nothing is one as ever.
+    bench.set_display(|_| false);
+    let done = bench.traced(|bench| {
+        frame.iter().try_for_each(|fragment| bench.send(&(*fragment).into()))?;
+        bench.end_frame()?;
+        bench.wait_for(1, |_, _| Ok(()))
+    });
+    assert!(matches!(failure(done), Failure::Deadlock(_)));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use crate::mapping::Mapping;
 use crate::names::names;
 use crate::part::Part;
+use crate::queue::CAPACITY;
 
 names! {
     /// In which order requests are served.
@@ -106,6 +107,15 @@ impl Config {
     pub fn banks(&self) -> u64 {
         let o = &self.part.organisation;
         [self.ranks, o.bank_groups, o.banks].iter().map(|&n| u64::from(n)).product()
+    }
+
+    /// Device clocks from a request to the end of its data, at most, if nothing is asked after it.
+    ///
+    /// In each interval between refreshes there is time for a row to be closed and opened and for a burst, whatever was done
+    /// before, so that one request goes; others may go before it that are in the two queues of its data bus.
+    pub fn longest_wait(&self) -> u64 {
+        let t = &self.part.timing;
+        (2 * CAPACITY as u64 + 1) * t.refi + t.cl.max(t.cwl) + t.burst
     }
 
     pub(crate) fn check(&self) -> Result<(), ConfigError> {

@@ -33,6 +33,10 @@ impl Timing for Pausing {
     fn idle(&self) -> bool {
         false
     }
+    fn longest(&self) -> u64 {
+        // Its pauses are short beside what a simulation may stand still anyway.
+        self.fixed.longest()
+    }
     fn cycle(&mut self, asked: Option<Asked>, answered: bool) {
         self.fixed.cycle(asked, answered);
         self.now += 1;

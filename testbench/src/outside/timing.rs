@@ -94,6 +94,11 @@ impl Timing for DramTiming {
     fn idle(&self) -> bool {
         false
     }
+    fn longest(&self) -> u64 {
+        let config = self.dram.config();
+        let ps = u128::from(config.longest_wait()) * u128::from(config.part.timing.tck_ps);
+        ps.div_ceil(config.machine_period_ps.into()).try_into().unwrap_or(u64::MAX)
+    }
     fn cycle(&mut self, asked: Option<Asked>, answered: bool) {
         if answered {
             self.reads.pop_front();

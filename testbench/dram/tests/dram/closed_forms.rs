@@ -4,7 +4,7 @@
 //! be exact; rates are of some thousand bursts, and may be 1 % below for their begin and end.
 
 use crate::traffic::run;
-use pellucid_dram::{CommandBuses, Config, Dram, Mapping, Part};
+use pellucid_dram::{CommandBuses, Config, Dram, Mapping, Part, Request, Scheduler};
 
 /// The address of a burst, by the definition of `row-bank-column`; `lane` is the pseudo-channel.
 fn address(config: &Config, lane: u64, group: u64, bank: u64, row: u64, column: u64) -> u64 {
@@ -131,5 +131,38 @@ fn one_bank_group() {
             address(&config, lane, 0, n / o.bursts() % 4, n / o.bursts() / 4, n % o.bursts())
         });
         hold("one bank group", part, rate(&config, bursts), expected);
+    }
+}
+
+/// As many reads as a queue holds, each of another row of one bank: nothing else is asked. With refreshes as often as a part may have
+/// them few go in each interval.
+#[test]
+fn no_request_waits_longer_than_is_said() {
+    for part in Part::NAMES {
+        for (seldom, scheduler) in
+            [(true, Scheduler::FrFcfs), (false, Scheduler::FrFcfs), (false, Scheduler::Fcfs)]
+        {
+            let mut config = Config { scheduler, ..config(part, true) };
+            let t = config.part.timing;
+            if !seldom {
+                config.part.timing.refi = t.rfc + t.rc + t.cwl + t.burst + t.wr + t.rp;
+            }
+            config.machine_period_ps = t.tck_ps;
+            let mut dram = Dram::new(config.clone()).unwrap();
+            for row in 0..32 {
+                let address = address(&config, 0, 0, 0, row.into(), 0);
+                assert!(dram.push(Request { write: false, address, tag: row, client: 0 }));
+            }
+            let mut waited = 0;
+            while !dram.idle() {
+                dram.cycle();
+                while dram.pop().is_some() {}
+                waited += 1;
+            }
+            let most = config.longest_wait();
+            println!("{part}: {waited} of {most} clocks");
+            assert!(waited <= most, "{part}: {waited} clocks, expected at most {most}");
+            assert!(seldom || waited >= 8 * config.part.timing.refi, "{part}: {waited}");
+        }
     }
 }
