@@ -196,6 +196,11 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
     Ok(any && !work.candidates.iter().any(wrong))
 }
 
+/// So many of something.
+fn number(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 /// How many designs and points there are, what became of them, and where everything is.
 fn summary(args: &ExploreArgs, study: &Study, work: &Work, points: &Points) -> String {
     let standings = standings(study, &work.candidates);
@@ -204,10 +209,10 @@ fn summary(args: &ExploreArgs, study: &Study, work: &Work, points: &Points) -> S
     let out = count(&|standing| matches!(standing, Standing::Out { .. }));
     let front = standings.iter().filter(|(_, front)| *front).count();
     let mut text = format!(
-        "\n{} designs on {} scenes: {front} on the front, {inside} that hold all constraints, {out} out. {} points were \
+        "\n{} on {}: {front} on the front, {inside} that hold all constraints, {out} out. {} points were \
          run, {} were kept",
-        work.candidates.len(),
-        study.scenes.len(),
+        number(work.candidates.len(), "design"),
+        number(study.scenes.len(), "scene"),
         work.run,
         work.kept,
     );

@@ -192,6 +192,25 @@ fn the_example_runs() {
     assert!(scenes.contains(&json!("--scene smoke --width 24 --height 18")), "{scenes:?}");
 }
 
+/// The studies that come with the book, on small frames.
+#[test]
+fn the_studies_of_the_book_run() {
+    let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies");
+    let all = names(&studies);
+    assert!(all.len() > 2, "{all:?}");
+    for name in all {
+        let folder = folder();
+        let text = fs::read_to_string(studies.join(&name)).unwrap();
+        let small = text.replace("width = 160\nheight = 120", "width = 40\nheight = 30");
+        assert_ne!(text, small, "{name}");
+        write(folder.path(), &small);
+        exact(explore(folder.path(), &[]));
+        let rows = rows(&folder.path().join("pellucid-explore"));
+        let right = rows.iter().filter(|row| row["status"] == "right").count();
+        assert!(2 * right > rows.len(), "{name}: {right} of {} are right", rows.len());
+    }
+}
+
 #[test]
 fn what_is_wrong_with_a_study_is_said_with_its_line() {
     let folder = folder();
