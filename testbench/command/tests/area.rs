@@ -1,4 +1,4 @@
-//! What Yosys counts, against what the netlist's registers and memories say.
+//! What Yosys counts, against what the netlist's registers and memories say, and what it and OpenSTA find with a library.
 
 mod tools;
 
@@ -11,8 +11,13 @@ use pellucid_machine::pixel::Screen;
 use pellucid_rbuffer::queue::{self, Queue};
 use pellucid_sim::netlist::{Module, Netlist, Register, Type, elaborate};
 use pellucid_tbuffer::config::{Config, PRESETS, Params};
+use pellucid_testbench::area::standard::DEFAULT_LIBRARY;
 use pellucid_testbench::area::{Area, measure};
 use pellucid_verilog::files;
+use serde_json::Value;
+use std::collections::HashMap;
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 fn area<B: Netlist>(cfg: &B::Config) -> (Module, Area) {
     let netlist = elaborate::<B>(cfg);
@@ -101,4 +106,125 @@ fn a_longer_sorter_has_a_longer_path() {
     let path = |depth| area::<Sorter>(&sorter(depth)).1.longest_path;
     let [short, long] = [1, 4].map(path);
     assert!(0 < short && short < long, "{short} and {long} cells");
+}
+
+/// The flow with a library of standard cells needs these, and Debian's library.
+fn have_cells() -> bool {
+    let library = Path::new(DEFAULT_LIBRARY);
+    tools::have(&["yosys", "sta", library.parent().unwrap().to_str().unwrap()])
+}
+
+/// `pellucid area --liberty` with nothing kept from before.
+fn by_liberty(cache: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pellucid"));
+    command.args(["area", "--json", "--quiet"]).args(args).env("XDG_CACHE_HOME", cache);
+    command
+}
+
+fn json(command: &mut Command) -> Value {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Areas of cells as the library's text has them, read without the code that is tested: `cell (NAME) {` and the next `area : X;`.
+fn areas() -> HashMap<String, f64> {
+    let text = std::fs::read_to_string(DEFAULT_LIBRARY).unwrap();
+    let cells = text.split("cell (").skip(1);
+    let area = |cell: &str| {
+        let (_, rest) = cell.split_once("area :").unwrap();
+        rest.split(';').next().unwrap().trim().parse().unwrap()
+    };
+    cells.map(|cell| (cell.split(')').next().unwrap().trim().to_string(), area(cell))).collect()
+}
+
+#[test]
+fn two_small_machines_in_standard_cells() {
+    if !have_cells() {
+        return;
+    }
+    let cache = tempfile::tempdir().unwrap();
+    let areas = areas();
+    for machine in [
+        &[
+            "--arch",
+            "tbuffer",
+            "-p",
+            "sections=16",
+            "-p",
+            "outside_sections=0",
+            "-p",
+            "sorter_depth=1",
+        ][..],
+        &["--arch", "b3d", "-p", "sorter_depth=1"],
+    ] {
+        let args = [&["--width", "8", "--height", "6"], machine].concat();
+        let first = json(by_liberty(cache.path(), &["--liberty"]).args(&args));
+        let whole = &first["blocks"][0];
+        let number = |of: &Value| of.as_f64().unwrap();
+        // By hand: each cell by its area.
+        let cells = first["cells"].as_object().unwrap();
+        let by_hand: f64 = cells.iter().map(|(kind, n)| areas[kind] * number(n)).sum::<f64>() / 1e6;
+        assert!(
+            (number(&whole["logic_mm2"]) / by_hand - 1.0).abs() < 1e-9,
+            "{whole} and {by_hand}"
+        );
+        assert_eq!(number(&whole["cells"]), cells.values().map(number).sum::<f64>());
+        // A gate takes some 0.2 ns: tens of them are far from either end, and unbuffered ones would be beyond it.
+        let period = number(&first["longest_path"]["period_ns"]);
+        assert!((1.0..25.0).contains(&period), "{period}");
+        assert!(!first["longest_path"]["through"].as_array().unwrap().is_empty());
+        // Its memories are those of a run.
+        let run = Command::new(env!("CARGO_BIN_EXE_pellucid"))
+            .args(["run", "--no-wave", "--json", "--allow-drops", "--out"])
+            .arg(cache.path().join("run"))
+            .args(&args)
+            .output()
+            .unwrap();
+        let run: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let memories = number(&run["area"]["memories"]);
+        assert!(
+            (number(&whole["memories_mm2"]) / memories - 1.0).abs() < 1e-3,
+            "{whole} and {memories}"
+        );
+        // Again, with tools that know their version and nothing else: what was found out is kept.
+        let folder = tempfile::tempdir().unwrap();
+        for tool in ["yosys", "sta"] {
+            known_by_version(folder.path(), tool);
+        }
+        let again =
+            json(by_liberty(cache.path(), &["--liberty"]).args(&args).env("PATH", folder.path()));
+        assert_eq!(again, first);
+    }
+}
+
+/// A tool that says what the one of that name says of its version, and fails else.
+fn known_by_version(folder: &Path, tool: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    let ask = if tool == "sta" { "-version" } else { "-V" };
+    let said = Command::new(tool).arg(ask).stdin(Stdio::null()).output().unwrap().stdout;
+    let said = String::from_utf8(said).unwrap();
+    let path = folder.join(tool);
+    std::fs::write(
+        &path,
+        format!("#!/bin/sh\n[ \"$1\" = {ask} ] || exit 1\necho '{}'\n", said.trim()),
+    )
+    .unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn what_is_wrong_with_a_library_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken.lib");
+    std::fs::write(&broken, "library (x) {\n  cell INV {\n}\n").unwrap();
+    for (path, expected) in [
+        (folder.path().join("none.lib"), "No such file or directory (os error 2)"),
+        (broken, "line 2: `INV` behind `cell`: expected `:` or `(`"),
+    ] {
+        let output = by_liberty(folder.path(), &["--liberty"]).arg(&path).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said, format!("error: {}: {expected}\n", path.display()));
+        assert_eq!(output.status.code(), Some(2));
+    }
 }

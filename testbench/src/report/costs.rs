@@ -10,7 +10,7 @@ const AREA_ERROR: &str =
     "up to 15 % between points of the table; a foundry's memories may be half as large again";
 const ACCESS_ERROR: &str =
     "up to 24 % between points of the table; the table by up to a factor of two";
-const LEAKAGE_ERROR: &str = "up to 11 % between points of the table; by a factor of several with temperature and kind of transistor";
+const LEAKAGE_ERROR: &str = "up to 11 % between points of the table; the table by up to a factor of ten, with temperature and kind of transistor";
 const TIME_ERROR: &str = "up to 16 % between points of the table; logic and wires may be slower";
 const CLOCK_ERROR: &str = "nothing says that a given clock is kept; else up to 16 % between points of the table, and logic and wires may be slower";
 const OUTSIDE_ERROR: &str = "currents are the most that a data sheet allows: real devices were measured far below; no wires";
