@@ -22,6 +22,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("overflow", "rebuild")],
         &[("overflow", "drop"), ("layers", "5")],
         &[("overflow", "rebuild"), ("fragments", "100000")],
+        &[("counters", "cached"), ("counters_sets", "2"), ("counters_line", "4")],
+        &[("counters", "cached"), ("overflow", "drop"), ("layers", "5"), ("counters_sets", "1")],
     ],
     tight: &[
         ("layers", "2"),
@@ -58,5 +60,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("sorter_depth", depth.to_string()),
         ("outside_latency", draw(1..=20).to_string()),
         ("reads_in_flight", draw(2..=9).to_string()),
+        ("counters", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("counters_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("counters_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("counters_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

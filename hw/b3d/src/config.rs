@@ -1,6 +1,7 @@
 //! The parameters, and what the blocks derive from them.
 
 use pellucid_blocks::array::fixed::{self, Shape};
+use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::rebuild::Overflow;
 use pellucid_blocks::sorter;
 use pellucid_machine::parameters;
@@ -25,8 +26,16 @@ parameters! {
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve.
+        /// Fragment reads under way at once during resolve, and fragments that wait for their counters with counters=cached.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where counters lie: on chip, or in outside memory with a cache on chip.
+        counters: Place = Place::OnChip, "", ();
+        /// Sets of that cache (counters=cached), a power of two.
+        counters_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        counters_ways: u32 = 4, "lines", 1..=8;
+        /// Words of a line, a power of two.
+        counters_line: u32 = 8, "words", 1..=16;
     }
 }
 
@@ -61,7 +70,8 @@ impl Config {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// There are more `layers` than `most_layers`, or more slots than a simulation can hold.
+    /// There are more `layers` than `most_layers`, or more slots than a simulation can hold, or a number of the cache is no power of
+    /// two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let Params { layers, most_layers, .. } = params;
         let (name, most) = match params.overflow {
@@ -76,6 +86,11 @@ impl Config {
         let Screen { width, height, .. } = screen;
         let slots = u64::from(screen.pixels()) * u64::from(most);
         too_many_fragments(&format!("{name} for each of {width} x {height} pixels"), slots)?;
+        let cached = Cached::of(
+            "counters",
+            params.counters,
+            [params.counters_sets, params.counters_ways, params.counters_line],
+        )?;
         let shape = Shape {
             begin: layers,
             most,
@@ -83,6 +98,7 @@ impl Config {
             outside_latency: params.outside_latency,
             reads_in_flight: params.reads_in_flight,
             depth: params.sorter_depth,
+            cached,
         };
         let arrays = fixed::Config::new(screen, shape);
         let sorter = sorter::Config {

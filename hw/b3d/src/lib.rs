@@ -160,7 +160,7 @@ pub struct Events {
 
 #[rtl(
     name = "b3d",
-    input = InConfig { screen: cfg.screen, outside: cfg.arrays.arrays.fragments.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.arrays.arrays.port() },
     moore = (),
     check(B3d, crate::test_util::small_b3d(1, 6)),
     check(B3d, crate::test_util::small_b3d(3, 3))
@@ -219,7 +219,7 @@ impl Block for B3d {
             stored: arrays.ended,
             resolved: blend.frame_done,
             again: arrays.wires.events.again,
-            cleared: true,
+            cleared: stored.clear_ready,
             depth_read: arrays.depth_read,
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,

@@ -147,7 +147,7 @@ impl Machine for B3d {
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.arrays.arrays.fragments.port()
+        cfg.arrays.arrays.port()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
@@ -171,11 +171,6 @@ impl Machine for B3d {
         let mut checks = vec![
             check("slots of each pixel, doubled with each rebuild", grown, figure("layers_used")),
             check(
-                "cycles of rebuild, one for each word of counters",
-                rebuilds * u64::from(cfg.arrays.arrays.words()),
-                tally.cycles.of("rebuild").unwrap_or(0),
-            ),
-            check(
                 "fragments read back, blended or found hidden",
                 tally.fragments.blended + figure("culled_late"),
                 figure("fragments_read"),
@@ -196,6 +191,14 @@ impl Machine for B3d {
                 tally.seed_accesses,
             ),
         ];
+        checks.extend(FixedMonitor::table_forms(&cfg.arrays, tally, frames.len() as u64));
+        if !cfg.arrays.arrays.caches() {
+            checks.push(check(
+                "cycles of rebuild, one for each word of counters",
+                rebuilds * u64::from(cfg.arrays.arrays.words()),
+                tally.cycles.of("rebuild").unwrap_or(0),
+            ));
+        }
         let plays = Plays::of(cfg, frames);
         // A fragment that is hidden after it was stored does not count when the frame comes again.
         let hidden = tally.fragments.culled - figure("culled_early");

@@ -3,12 +3,18 @@
 use pellucid_b3d::architecture::ARCHITECTURE;
 use pellucid_machine::architecture::Parameterised;
 use pellucid_machine::pixel::{Fragment, Screen};
-use pellucid_machine_properties::frames::{Setup, check_drops};
+use pellucid_machine_properties::frames::{
+    Setup, check_drops, check_place, effort, from_line_to_line, some_frames,
+};
 use pellucid_machine_properties::machine_properties;
 use pellucid_machine_properties::presets::papers_frames_at_the_target_rate;
 use pellucid_sim::Label;
+use proptest::prelude::*;
 
 machine_properties!(&ARCHITECTURE);
+
+/// Counters of a word outside, where pixels have 64 slots each.
+const LANES: u32 = 8;
 
 const SCREEN: Screen = Screen { width: 5, height: 4, background: 0x40_50_60 };
 
@@ -83,4 +89,39 @@ fn what_finds_no_slot_at_last_is_dropped() {
 #[test]
 fn the_papers_frames_are_resolved_at_the_target_rate() {
     papers_frames_at_the_target_rate(&ARCHITECTURE, "fast");
+}
+
+proptest! {
+    #![proptest_config(effort())]
+
+    #[test]
+    fn where_counters_lie_changes_cycles_and_traffic_alone(
+        (setup, frames) in some_frames(&ARCHITECTURE, 3)
+    ) {
+        check_place(&setup, &frames, "counters")?;
+    }
+}
+
+/// Whatever the latency, as long as so many reads are in flight: what counts are the words that the port moves.
+#[test]
+fn counters_outside_cost_words_and_no_latency() {
+    let screen = Screen { width: 128, height: 96, background: 0 };
+    let (pixels, line) = (screen.pixels(), 4);
+    let frame = from_line_to_line(screen, line * LANES);
+    for latency in [1, 64, 256] {
+        let mut parameters = slots(64, 64, "drop");
+        parameters.extend([
+            ("counters", "cached".to_string()),
+            ("counters_sets", "32".to_string()),
+            ("counters_line", line.to_string()),
+            ("fragments", (64 * screen.pixels()).to_string()),
+            ("outside_latency", latency.to_string()),
+            ("reads_in_flight", latency.max(2).to_string()),
+        ]);
+        let run = Setup::free(&ARCHITECTURE, screen, parameters).run(std::slice::from_ref(&frame));
+        let cycles = run.unwrap().tally.cycles.of("store").unwrap();
+        // A line in and out for each fragment.
+        let words = u64::from(2 * line * pixels);
+        assert!(cycles.abs_diff(words) <= words / 20, "{latency}: {cycles}, {words} words");
+    }
 }

@@ -62,6 +62,9 @@ pub struct Config {
 }
 
 impl Config {
+    /// What is named where nothing takes turns.
+    pub const NONE: Config =
+        Config { words: [1, 0, 0, 0], bits: 1, policy: Policy::RoundRobin, reads_in_flight: 1 };
     /// How many clients there are.
     pub fn clients(&self) -> u32 {
         self.words.iter().take_while(|words| **words > 0).count() as u32

@@ -15,6 +15,7 @@
 //! | [`buffer`] | the contract of what stands between a client and outside memory |
 //! | [`cache`] | stands before outside memory and keeps some of its words |
 //! | [`table_cache`] | stands before a table in outside memory and fetches ahead what will be used of it |
+//! | [`cached_table`] | the same with entries as their users know them |
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
 //! | [`rebuild`] | lets what a frame may use grow until the frame fits |
@@ -29,6 +30,7 @@ pub mod bits;
 pub mod blender;
 pub mod buffer;
 pub mod cache;
+pub mod cached_table;
 pub mod chains;
 pub mod combiner;
 pub mod depth_test;

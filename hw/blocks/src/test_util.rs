@@ -3,7 +3,8 @@
 use crate::allocator::AllocatorKind;
 use crate::array::{config as array, fixed};
 use crate::buffer::Buffer;
-use crate::chains::config::{Cached, Config, Link, Passes, Shape};
+use crate::cached_table::Cached;
+use crate::chains::config::{Config, Link, Passes, Shape};
 use crate::weights::WEIGHT_BITS;
 use pellucid_machine::outside::{self, Request, Word};
 use pellucid_sim::stream::valid_ignores_ready;
@@ -70,9 +71,8 @@ pub fn small_lending() -> Config {
 /// The faster or the slower ones, with an SSA table that lies outside, and sections beside it or not.
 pub fn small_caching(fast: bool, sections: bool) -> Config {
     let small = small(fast);
-    let ssa = Some(Cached { sets: 2, ways: 2, line: 4 });
     let outside = if sections { small.shape.outside } else { 0 };
-    Config::new(small.screen, Shape { ssa, outside, ..small.shape })
+    Config::new(small.screen, Shape { ssa: CACHED, outside, ..small.shape })
 }
 
 /// Chains of which each pixel owns the first section: weights in memory, or none.
@@ -270,9 +270,19 @@ pub fn arrays(lanes: u32, down: bool) -> array::Config {
         reads_in_flight: 5,
         depth: 4,
         fixed: 0,
+        cached: None,
     };
     array::Config::new(screen(16, 9), shape)
 }
+
+/// The same with counters and sums outside, and slots beside them where counted down.
+pub fn caching_arrays(lanes: u32, down: bool) -> array::Config {
+    let cfg = arrays(lanes, down);
+    let outside = if down { cfg.shape.outside } else { 0 };
+    array::Config::new(cfg.screen, array::Shape { cached: CACHED, outside, ..cfg.shape })
+}
+
+const CACHED: Option<Cached> = Some(Cached { sets: 2, ways: 2, line: 4 });
 
 /// The same of which the counters are summed up in sweeps.
 pub fn sweeping(lanes: u32, down: bool, bands: bool) -> array::Config {
@@ -287,16 +297,24 @@ pub fn fixed() -> fixed::Config {
 
 /// The same with so many slots each to begin with, of 3 at most.
 pub fn fixed_at(begin: u32) -> fixed::Config {
-    let shape = fixed::Shape {
-        begin,
-        most: 3,
-        on_chip: 70,
-        outside_latency: 3,
-        reads_in_flight: 5,
-        depth: 2,
-    };
-    fixed::Config::new(screen(9, 5), shape)
+    fixed::Config::new(screen(9, 5), fixed::Shape { begin, ..FIXED })
 }
+
+/// The same with counters outside, and slots beside them or not.
+pub fn caching_fixed(slots: bool) -> fixed::Config {
+    let on_chip = if slots { FIXED.on_chip } else { 9 * 5 * FIXED.most };
+    fixed::Config::new(screen(9, 5), fixed::Shape { cached: CACHED, on_chip, ..FIXED })
+}
+
+const FIXED: fixed::Shape = fixed::Shape {
+    begin: 1,
+    most: 3,
+    on_chip: 70,
+    outside_latency: 3,
+    reads_in_flight: 5,
+    depth: 2,
+    cached: None,
+};
 
 /// What a block says of a configuration that it refuses.
 pub fn refusal<B: Block<Config: RefUnwindSafe>>(cfg: &B::Config) -> String {

@@ -25,6 +25,15 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("index", "down"), ("scan", "passes"), ("scan_width", "2")],
         &[("index", "up"), ("scan", "passes"), ("scan_width", "1")],
         &[("index", "down"), ("overflow", "drop"), ("outside_fragments", "400")],
+        &[("counters", "cached"), ("counters_sets", "2"), ("counters_line", "4")],
+        &[
+            ("counters", "cached"),
+            ("index", "up"),
+            ("scan", "passes"),
+            ("count_bits", "5"),
+            ("counters_sets", "1"),
+        ],
+        &[("counters", "cached"), ("fragments", "60"), ("outside_fragments", "0")],
     ],
     tight: &[
         ("fragments", "40"),
@@ -64,5 +73,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("sorter_depth", depth.to_string()),
         ("outside_latency", draw(1..=20).to_string()),
         ("reads_in_flight", draw(2..=9).to_string()),
+        ("counters", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("counters_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("counters_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("counters_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

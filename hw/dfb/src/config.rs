@@ -1,6 +1,7 @@
 //! The parameters, and what the blocks derive from them.
 
 use pellucid_blocks::array::config::{self as array, MAX_LANES, Shape};
+use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::sorter;
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
@@ -45,7 +46,7 @@ parameters! {
         outside_fragments: u32 = 3_145_728, "fragments", 0..=1 << 27;
         /// Bits of a pixel's counter; what a pixel has beyond what they can say is dropped.
         count_bits: u32 = 32, "bits", 1..=32;
-        /// Counters of a word, summed up and looked at together: 1, 2, 4, 8 or 16.
+        /// Counters of a word, summed up and looked at together: 1, 2, 4, 8 or 16. With counters=cached no more than fit into 64 bits.
         scan_width: u32 = 16, "counters", 1..=MAX_LANES as u32;
         /// How counters are summed up: in one sweep by a tree of adders, or in a sweep for each doubling of the words in a sum.
         scan: Scan = Scan::Adders, "", ();
@@ -57,8 +58,16 @@ parameters! {
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve.
+        /// Fragment reads under way at once during resolve, and fragments that wait for their counters with counters=cached.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where counters and sums lie: on chip, or in outside memory with a cache on chip for each.
+        counters: Place = Place::OnChip, "", ();
+        /// Sets of that cache (counters=cached), a power of two.
+        counters_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        counters_ways: u32 = 4, "lines", 1..=8;
+        /// Words of a line, a power of two.
+        counters_line: u32 = 8, "words", 1..=16;
     }
 }
 
@@ -106,7 +115,7 @@ impl Config {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// `scan_width` is no power of two.
+    /// `scan_width` or a number of the caches is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         if !params.scan_width.is_power_of_two() {
             return Err(ParamError::Value {
@@ -115,6 +124,11 @@ impl Config {
                 expected: "1, 2, 4, 8 or 16".to_string(),
             });
         }
+        let cached = Cached::of(
+            "counters",
+            params.counters,
+            [params.counters_sets, params.counters_ways, params.counters_line],
+        )?;
         let shape = Shape {
             lanes: params.scan_width,
             count_bits: params.count_bits,
@@ -127,6 +141,7 @@ impl Config {
             reads_in_flight: params.reads_in_flight,
             depth: params.sorter_depth,
             fixed: 0,
+            cached,
         };
         let arrays = array::Config::new(screen, shape);
         let sorter = sorter::Config {

@@ -176,7 +176,7 @@ pub struct Events {
 
 #[rtl(
     name = "dfb",
-    input = InConfig { screen: cfg.screen, outside: cfg.arrays.fragments.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.arrays.port() },
     moore = (),
     check(Dfb, crate::test_util::small_dfb("fast", "bands")),
     check(Dfb, crate::test_util::small_dfb("paper", "drop")),
@@ -245,7 +245,7 @@ impl Block for Dfb {
             stored: arrays.ended,
             resolved: step.resolved,
             again: step.again,
-            cleared: true,
+            cleared: stored.clear_ready,
             depth_read: ReadPort::default(),
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,

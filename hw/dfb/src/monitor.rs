@@ -115,7 +115,7 @@ impl Machine for Dfb {
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.arrays.fragments.port()
+        cfg.arrays.port()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
@@ -152,14 +152,18 @@ impl Machine for Dfb {
         if fits || !cfg.arrays.shape.bands {
             let words = cfg.arrays.words();
             let sweeps = u64::from(cfg.arrays.sweeps(words));
-            checks.extend([
-                check("bands, one a frame", number, tally.figure("bands")),
-                check(
+            checks.push(check("bands, one a frame", number, tally.figure("bands")));
+            // Where counters lie outside the port says how long it takes.
+            if !cfg.arrays.caches() {
+                checks.push(check(
                     "cycles of scan, a word of counters a cycle and one more, for each sweep",
                     number * sweeps * (u64::from(words) + 1),
                     tally.cycles.of("scan").unwrap_or(0),
-                ),
-            ]);
+                ));
+            }
+        }
+        if fits {
+            checks.extend(ArraysMonitor::table_forms(&cfg.arrays, tally, number));
         }
         checks.extend(ArraysMonitor::closed_forms(tally, stored));
         checks

@@ -4,7 +4,9 @@ use pellucid_dfb::architecture::ARCHITECTURE;
 use pellucid_machine::Tally;
 use pellucid_machine::architecture::Parameterised;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
-use pellucid_machine_properties::frames::{Setup, check_drops, effort, one_frame, tried};
+use pellucid_machine_properties::frames::{
+    Setup, check_drops, check_place, effort, from_line_to_line, one_frame, some_frames, tried,
+};
 use pellucid_machine_properties::machine_properties;
 use pellucid_machine_properties::presets::{assert_rate, papers_frames_at_the_target_rate, preset};
 use pellucid_sim::Label;
@@ -12,6 +14,9 @@ use pellucid_testbench::scene::Options;
 use proptest::prelude::*;
 
 machine_properties!(&ARCHITECTURE);
+
+/// Counters of a word outside, as of a pixel's sum there are so many in 64 bits.
+const LANES: u32 = 2;
 
 /// A buffer of so many fragments, on chip and outside.
 fn buffer(on_chip: u32, outside: u32, overflow: &str) -> Parameterised {
@@ -194,4 +199,49 @@ fn glass_is_resolved_at_a_fragment_a_cycle() {
     let resolve = cycles.of("resolve").unwrap();
     assert_rate("resolve", fragments.blended, resolve, 0.999);
     assert!(resolve <= fragments.stored + 25, "{resolve} cycles of {}", fragments.stored);
+}
+
+proptest! {
+    #![proptest_config(effort())]
+
+    #[test]
+    fn where_counters_lie_changes_cycles_and_traffic_alone(
+        (setup, frames) in some_frames(&ARCHITECTURE, 3)
+    ) {
+        check_place(&setup, &frames, "counters")?;
+    }
+}
+
+/// Whatever the latency, as long as so many reads are in flight: what counts are the words that the port moves.
+#[test]
+fn counters_outside_cost_words_and_no_latency() {
+    let screen = Screen { width: 128, height: 96, background: 0 };
+    let (pixels, line) = (screen.pixels(), 4);
+    let frame = from_line_to_line(screen, line * LANES);
+    for latency in [1, 64, 256] {
+        let mut parameters = buffer(screen.pixels(), 0, "drop");
+        parameters.extend([
+            ("counters", "cached".to_string()),
+            ("counters_sets", "32".to_string()),
+            ("counters_line", line.to_string()),
+            ("fragments", screen.pixels().to_string()),
+            ("outside_latency", latency.to_string()),
+            ("reads_in_flight", latency.max(2).to_string()),
+        ]);
+        let run = Setup::free(&ARCHITECTURE, screen, parameters).run(std::slice::from_ref(&frame));
+        let cycles = run.unwrap().tally.cycles;
+        let words = [
+            // A line of counters in and out for each fragment.
+            ("count", 2 * line * pixels),
+            // Counters and sums in, sums out.
+            ("scan", 3 * (pixels / LANES)),
+            // As to count, and a line of sums in.
+            ("store", 3 * line * pixels),
+        ];
+        for (phase, words) in words {
+            let (cycles, words) = (cycles.of(phase).unwrap(), u64::from(words));
+            let off = cycles.abs_diff(words);
+            assert!(off <= words / 20, "{latency}: {phase} {cycles}, {words} words");
+        }
+    }
 }

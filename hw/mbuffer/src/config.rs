@@ -2,7 +2,8 @@
 
 use super::array;
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Cached, Link, Passes, Place, Scan, Shape};
+use pellucid_blocks::cached_table::{Cached, Place};
+use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
 use pellucid_blocks::weights::WEIGHT_BITS;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -105,7 +106,11 @@ impl Config {
             passes: if in_memory { Passes::One } else { Passes::Twice(params.array) },
             weight_bits: if in_memory { WEIGHT_BITS } else { 0 },
             allocator: params.allocator,
-            ssa: Cached::of(params.ssa, params.ssa_sets, params.ssa_ways, params.ssa_line)?,
+            ssa: Cached::of(
+                "ssa",
+                params.ssa,
+                [params.ssa_sets, params.ssa_ways, params.ssa_line],
+            )?,
         };
         let chains = chains::Config::new(screen, shape);
         let array = array::Config { cells: params.array, screen, layer_bits: chains.layer_bits() };

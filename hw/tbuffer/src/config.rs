@@ -1,7 +1,8 @@
 //! The T-buffer's parameters, and what the blocks derive from them.
 
 use pellucid_blocks::allocator::AllocatorKind;
-use pellucid_blocks::chains::config::{self as chains, Cached, Link, Passes, Place, Scan, Shape};
+use pellucid_blocks::cached_table::{Cached, Place};
+use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
 use pellucid_blocks::sorter;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -104,7 +105,11 @@ impl Config {
             passes: Passes::Each(params.sorter_depth),
             weight_bits: 0,
             allocator: params.allocator,
-            ssa: Cached::of(params.ssa, params.ssa_sets, params.ssa_ways, params.ssa_line)?,
+            ssa: Cached::of(
+                "ssa",
+                params.ssa,
+                [params.ssa_sets, params.ssa_ways, params.ssa_line],
+            )?,
         };
         let chains = chains::Config::new(screen, shape);
         let sorter = sorter::Config {

@@ -4,7 +4,7 @@ use pellucid_machine::architecture::Parameterised;
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::{Failure, Fragments};
 use pellucid_machine_properties::frames::{
-    Setup, check_drops, effort, one_frame, some_frames, tried, without_place,
+    Setup, check_drops, effort, from_line_to_line, one_frame, some_frames, tried, without_place,
 };
 use pellucid_machine_properties::machine_properties;
 use pellucid_machine_properties::presets::{assert_rate, papers_frames_at_the_target_rate};
@@ -80,12 +80,7 @@ fn the_sections_of_hidden_fragments_are_back_for_the_next_frame() {
 fn an_ssa_table_outside_costs_words_and_no_latency() {
     let screen = Screen { width: 64, height: 48, background: 0 };
     let (pixels, line) = (screen.pixels(), 4);
-    let fragment = |k: u32| {
-        // Line after line, then the next pixel of each.
-        let pixel = k % (pixels / line) * line + k / (pixels / line);
-        Fragment { x: pixel % 64, y: pixel / 64, z: k, rgba: 0x80, label: Label::NONE }
-    };
-    let frame: Vec<Fragment> = (0..pixels).map(fragment).collect();
+    let frame = from_line_to_line(screen, line);
     let cycles = |latency: u32| {
         let mut parameters = sections(pixels, 0);
         parameters.extend([

@@ -345,6 +345,42 @@ pub fn check_drops(
     })
 }
 
+/// Where a table lies, which the parameter `table` says, changes cycles and traffic alone.
+///
+/// # Errors
+/// It changes more.
+pub fn check_place(
+    setup: &Setup,
+    frames: &[Vec<Fragment>],
+    table: &'static str,
+) -> Result<(), TestCaseError> {
+    let run = |place: &str| tried(setup.with(vec![(table, place.to_string())]).run(frames));
+    let (on_chip, cached) = (run("on_chip")?, run("cached")?);
+    prop_assert!(on_chip.images == cached.images, "another image");
+    prop_assert_eq!(on_chip.tally.fragments, cached.tally.fragments);
+    prop_assert_eq!(on_chip.tally.seed_accesses, cached.tally.seed_accesses);
+    let of_cache =
+        |name: &str| ["_hits", "_misses", "_written_back"].iter().any(|of| name.ends_with(of));
+    for (on_chip, cached) in on_chip.tally.own.iter().zip(&cached.tally.own) {
+        if on_chip.unit != "cycles" && !of_cache(on_chip.name) {
+            prop_assert_eq!(on_chip, cached);
+        }
+    }
+    Ok(())
+}
+
+/// A frame of which each fragment comes to another line of `line` pixels, and goes once through all of them before it comes to the
+/// next pixel of one.
+pub fn from_line_to_line(screen: Screen, line: u32) -> Vec<Fragment> {
+    let lines = screen.pixels() / line;
+    let fragment = |k: u32| {
+        let pixel = k % lines * line + k / lines;
+        let (x, y) = (pixel % screen.width, pixel / screen.width);
+        Fragment { x, y, z: k, rgba: 0x80, label: Label::NONE }
+    };
+    (0..lines * line).map(fragment).collect()
+}
+
 /// Which fragments of a frame find no place in `sections` sections of `capacity` fragments, beside those
 /// that the pixels own, if they do.
 pub fn without_place(

@@ -176,6 +176,7 @@ fn config(pixels: u32, lanes: u32, count_bits: u32, slots: u32) -> Config {
         reads_in_flight: 2,
         depth: 1,
         fixed: 0,
+        cached: None,
     };
     Config::new(screen, shape)
 }

@@ -236,6 +236,7 @@ fn config(pixels: u32, lanes: u32, [down, sweeps, bands]: [bool; 3], slots: u32)
         reads_in_flight: 2,
         depth: 1,
         fixed: 0,
+        cached: None,
     };
     Config::new(screen, shape)
 }
@@ -367,7 +368,8 @@ impl<S: Sums> Reference for Model<S> {
                 self.checked.1 += u32::from(place == self.checked.1);
             }
         }
-        Some(In { start, counts, index_read, walk_read, occupied_read })
+        let (sums, ready) = (Read::default(), true);
+        Some(In { start, counts, sums, ready, index_read, walk_read, occupied_read })
     }
 
     fn judge(&mut self, out: &Out) -> Judged<Property> {

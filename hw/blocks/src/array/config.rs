@@ -1,6 +1,8 @@
 //! What arrays of fragments are made of.
 
 use crate::allocator::AllocatorKind;
+use crate::arbiter::{self, Policy};
+use crate::cached_table::{self, Cached};
 use crate::chains::config::{self as chains, Link, Passes};
 use pellucid_machine::Outside;
 use pellucid_machine::outside::{self, Table};
@@ -9,11 +11,14 @@ use pellucid_sim::{Signals, bits_for, check_range, rtl};
 
 /// The most counters that a word can have.
 pub const MAX_LANES: usize = 16;
+/// The most bits of a word of counters, or of sums, in outside memory.
+pub const OUTSIDE_BITS: u32 = u64::BITS;
 
 /// The arrays' shape. Slots are numbered: those on chip, then those outside.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
-    /// Counters of a word, and so those that are summed up at once: a power of two, 1..=[`MAX_LANES`].
+    /// Counters of a word, and so those that are summed up at once: a power of two, 1..=[`MAX_LANES`]. Where they lie outside it has
+    /// no more than fit into [`OUTSIDE_BITS`], and no more than there are sums in as many.
     pub lanes: u32,
     /// Bits of a counter, 1 to 32.
     pub count_bits: u32,
@@ -36,6 +41,19 @@ pub struct Shape {
     /// Arrays are all of one length, at most this, and lie one behind the other in the order of the pixels: `down`, `sweeps` and
     /// `bands` mean nothing then. With 0 each is as long as a count found it to be.
     pub fixed: u32,
+    /// Counters and sums lie outside, with so much of each on chip; else they lie there as a whole.
+    pub cached: Option<Cached>,
+}
+
+/// Counters and sums in outside memory, as [`Cached`] asks for them.
+#[derive(Clone, Copy, Debug)]
+pub struct TablesOutside {
+    /// The counters, a word of them in a word.
+    pub counters: cached_table::Shape,
+    /// The sums, none where arrays are of one length.
+    pub sums: Option<cached_table::Shape>,
+    /// The arbiter between them and the slots outside, in this order.
+    pub arbiter: arbiter::Config,
 }
 
 /// Everything that the blocks need to know.
@@ -47,6 +65,8 @@ pub struct Config {
     pub shape: Shape,
     /// The slots: sections of one fragment.
     pub fragments: chains::Config,
+    /// Counters and sums, where they lie outside.
+    pub tables: Option<TablesOutside>,
 }
 
 /// Pixels that are stored and read back at once.
@@ -88,7 +108,41 @@ impl Config {
             allocator: AllocatorKind::Fifo,
             ssa: None,
         };
-        Config { screen, shape, fragments: chains::Config::new(screen, fragments) }
+        let fragments = chains::Config::new(screen, fragments);
+        let mut cfg = Config { screen, shape, fragments, tables: None };
+        if let Some(cached) = shape.cached {
+            let sum_bits = if cfg.is_fixed() { 0 } else { cfg.sum_bits() };
+            let lanes = (OUTSIDE_BITS / shape.count_bits.max(sum_bits)).min(shape.lanes);
+            cfg.shape.lanes = 1 << lanes.ilog2();
+            cfg.tables = Some(cfg.outside_tables(cached));
+        }
+        cfg
+    }
+
+    fn outside_tables(&self, cached: Cached) -> TablesOutside {
+        let Shape { lanes, count_bits, reads_in_flight: reads, .. } = self.shape;
+        let counters = cached.shape(self.words(), lanes * count_bits, reads);
+        let sums = cached.shape(self.words(), lanes * self.sum_bits(), reads);
+        let sums = (!self.is_fixed()).then_some(sums);
+        let fragments = self.fragments.port();
+        let mut clients = vec![counters.words()];
+        clients.extend(sums.map(|sums| sums.words()));
+        clients.push(fragments);
+        let bits = clients.iter().map(|client| client.bits).max().unwrap_or(0);
+        let mut words = [0; arbiter::MAX_CLIENTS];
+        for (words, client) in words.iter_mut().zip(clients) {
+            *words = client.words;
+        }
+        TablesOutside {
+            counters: counters.behind(bits),
+            sums: sums.map(|sums| sums.behind(bits)),
+            arbiter: arbiter::Config {
+                words,
+                bits,
+                policy: Policy::RoundRobin,
+                reads_in_flight: 2 * reads,
+            },
+        }
     }
 
     /// Whether arrays are all of one length.
@@ -144,31 +198,101 @@ impl Config {
     pub fn lane_bits(&self) -> u32 {
         self.shape.lanes.trailing_zeros()
     }
+    pub(super) fn count_mask(&self) -> u64 {
+        (1 << self.shape.count_bits) - 1
+    }
+    pub(super) fn sum_mask(&self) -> u64 {
+        (1 << self.sum_bits()) - 1
+    }
     /// Bits of a border of a band.
     #[inline]
     pub fn band_bits(&self) -> u32 {
         bits_for(u64::from(self.screen.pixels()))
     }
-    /// Whether words without a fragment are left out as a band is read back: there is a list of the others.
+    /// Whether words without a fragment are left out as a band is read back: there is a list of the others. Where counters lie
+    /// outside words are looked at one after the other, as they come in lines, and there is no list on chip.
     #[inline]
     pub fn lists(&self) -> bool {
-        self.shape.lanes > 1
+        self.shape.lanes > 1 && !self.caches()
+    }
+    /// Whether counters and sums lie outside, with caches on chip.
+    #[inline]
+    pub fn caches(&self) -> bool {
+        self.tables.is_some()
+    }
+    /// The counters, where they lie outside.
+    #[inline]
+    pub fn counter_table(&self) -> cached_table::Config<Config> {
+        cached_table::Config { entry: *self, shape: self.counter_shape() }
+    }
+    #[inline]
+    pub(super) fn counter_shape(&self) -> cached_table::Shape {
+        self.tables.map_or(cached_table::Shape::NONE, |tables| tables.counters)
+    }
+    /// Whether the sums lie outside.
+    #[inline]
+    pub fn caches_sums(&self) -> bool {
+        self.caches() && !self.is_fixed()
+    }
+    /// The sums, where they lie outside.
+    #[inline]
+    pub fn sum_table(&self) -> cached_table::Config<Config> {
+        cached_table::Config { entry: *self, shape: self.sum_shape() }
+    }
+    #[inline]
+    pub(super) fn sum_shape(&self) -> cached_table::Shape {
+        self.tables.and_then(|tables| tables.sums).unwrap_or(cached_table::Shape::NONE)
+    }
+    /// Fragments that wait for their counters.
+    #[inline]
+    pub fn fragments_ahead(&self) -> u32 {
+        self.tables.map_or(2, |tables| tables.counters.ahead())
+    }
+    /// Whether several take turns at the port.
+    #[inline]
+    pub fn shares(&self) -> bool {
+        self.caches() && self.arbiter().clients() > 1
+    }
+    /// The arbiter between counters, sums and the slots outside.
+    #[inline]
+    pub fn arbiter(&self) -> arbiter::Config {
+        self.tables.map_or(arbiter::Config::NONE, |tables| tables.arbiter)
+    }
+    /// The port to outside memory: to counters, sums and slots, as far as they lie there.
+    #[inline]
+    pub fn port(&self) -> outside::Config {
+        match self.tables {
+            Some(TablesOutside { arbiter, .. }) => arbiter.memory(),
+            None => self.fragments.port(),
+        }
     }
     /// Sweeps that sum up so many words: one, or one each time that their number is doubled.
     pub fn sweeps(&self, words: u32) -> u32 {
         if self.shape.sweeps { words.next_power_of_two().trailing_zeros().max(1) } else { 1 }
     }
-    /// The memory of the slots outside.
+    /// The memory behind it.
     pub fn outside_memory(&self) -> Option<Outside> {
         let outside::Config { words, bits } = self.fragments.port();
-        let table = || Table { path: "fragments.outside".to_string(), words, bits };
+        let mut tables = vec![];
+        if let Some(TablesOutside { counters, sums, .. }) = self.tables {
+            tables.push(counters.table("counters.outside"));
+            tables.extend(sums.map(|sums| sums.table("sums.outside")));
+        }
+        if words > 0 {
+            tables.push(Table { path: "fragments.outside".to_string(), words, bits });
+        }
         let latency = self.shape.outside_latency;
-        (words > 0).then(|| Outside { tables: vec![table()], latency })
+        self.port().exists().then_some(Outside { tables, latency })
     }
 }
 
 #[rtl]
 impl Config {
+    /// Whether a word that was asked for is there. On chip it is in the next cycle.
+    #[inline(always)]
+    pub fn is_there(&self, valid: bool) -> bool {
+        !self.caches() || valid
+    }
     /// The word of a pixel's counter.
     #[inline(always)]
     pub fn word_of(&self, pixel: u32) -> u32 {
@@ -183,6 +307,11 @@ impl Config {
     #[inline(always)]
     pub fn has(&self, band: Band, pixel: u32) -> bool {
         self.is_fixed() || (pixel >= band.from && pixel < band.to)
+    }
+    /// Whether a fragment's counter is looked at: as it is counted, or if its pixel is one of the band.
+    #[inline(always)]
+    pub fn is_asked(&self, counting: bool, band: Band, pixel: u32) -> bool {
+        counting || self.has(band, pixel)
     }
     /// Whether a band is the frame's last.
     #[inline(always)]

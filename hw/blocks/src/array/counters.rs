@@ -7,12 +7,15 @@
 //!  clear ---------------->+----------+
 //! ```
 //! One read and one write a cycle; a read shows its word in the next cycle, a read that meets a write of the same word shows
-//! what is written: two fragments of one pixel may come in a row. `clear` sets words to 0 after reset.
+//! what is written: two fragments of one pixel may come in a row. `clear` sets words to 0 after reset. Where they lie
+//! outside there are none of them here: a word of [`Counts`] is an [`Entry`](cached_table::Entry) of a table there.
 
 use super::config::{Config, MAX_LANES};
+use crate::cached_table;
+use pellucid_machine::outside;
 use pellucid_sim::Block;
 use pellucid_sim::{
-    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+    Label, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
 };
 
 /// See the module's description.
@@ -26,6 +29,30 @@ pub struct Counts {
     #[len(cfg.shape.lanes)]
     pub of: [u32; MAX_LANES],
 }
+
+#[rtl]
+impl Counts {
+    /// The first one lowest.
+    #[inline(always)]
+    fn word(cfg: &Config, counts: Counts) -> outside::Word {
+        let mut low: u64 = 0;
+        for lane in 0..cfg.shape.lanes {
+            low |= u64::from(counts.of[lane as usize]) << (lane * cfg.shape.count_bits);
+        }
+        outside::Word { low, high: 0, label: Label::NONE }
+    }
+    #[inline(always)]
+    fn of_word(cfg: &Config, word: outside::Word) -> Counts {
+        let mut of = [0; MAX_LANES];
+        for lane in 0..cfg.shape.lanes {
+            of[lane as usize] =
+                (word.low >> (lane * cfg.shape.count_bits) & cfg.count_mask()) as u32;
+        }
+        Counts { of }
+    }
+}
+
+cached_table::entry!(Counts, Config, |_| Counts::default());
 
 /// Inputs; nothing is asked by default.
 #[derive(Clone, Copy, Debug, Default, Signals)]
@@ -75,7 +102,8 @@ impl Block for Counters {
     fn reset(_: &Config) {}
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { words: Ram1R1W::new(cfg.words(), *cfg, 1, ReadDuringWrite::New) }
+        let words = if cfg.caches() { 0 } else { cfg.words() };
+        Mem { words: Ram1R1W::new(words, *cfg, 1, ReadDuringWrite::New) }
     }
 
     #[inline(always)]

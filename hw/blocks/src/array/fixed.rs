@@ -25,13 +25,17 @@ use super::list::{self, WordList};
 use super::prefix_sum::Sums;
 use super::reader::{self, Reader};
 use super::walk::{self, Extent, Walk};
+use super::{Cached, CounterTable, Turns, cached};
+use crate::arbiter;
+use crate::cached_table;
 use crate::chains::answers::{self, Answers, Words};
 use crate::chains::sections::{self, Sections};
 use crate::rebuild::{self, Growth, Rebuild, Step};
+use crate::table_cache;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Screen, Z_BITS};
-use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
+use pellucid_sim::ram::port;
+use pellucid_sim::{Block, Handshake, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct FixedArrays;
@@ -51,6 +55,8 @@ pub struct Shape {
     pub reads_in_flight: u32,
     /// Fragments of a pixel that the receiver takes in one pass, at least 1.
     pub depth: u32,
+    /// Counters lie outside, with so much of them on chip; else they lie there as a whole.
+    pub cached: Option<cached_table::Cached>,
 }
 
 /// Everything that the blocks need to know.
@@ -82,6 +88,7 @@ impl Config {
             reads_in_flight: shape.reads_in_flight,
             depth: shape.depth,
             fixed: shape.most,
+            cached: shape.cached,
         };
         let arrays = config::Config::new(screen, arrays);
         let rebuild = rebuild::Config {
@@ -107,6 +114,7 @@ pub struct State {
     pub index: index::State,
     /// See [`list`].
     #[with(cfg.arrays)]
+    #[exists(cfg.arrays.lists())]
     #[block(WordList)]
     pub list: list::State,
     /// See [`walk`].
@@ -125,6 +133,16 @@ pub struct State {
     #[with(cfg.arrays.fragments)]
     #[block(Answers)]
     pub answers: answers::State,
+    /// The counters, where they lie outside.
+    #[with(cfg.arrays.counter_shape())]
+    #[exists(cfg.arrays.caches())]
+    #[block(CounterTable, cfg.arrays.counter_table())]
+    pub counter_table: cached_table::State,
+    /// Counters and slots take turns at the port.
+    #[with(cfg.arrays.arbiter())]
+    #[exists(cfg.arrays.shares())]
+    #[block(Turns, cfg.arrays.arbiter())]
+    pub turns: arbiter::State,
 }
 
 /// Memories.
@@ -138,6 +156,7 @@ pub struct Mem {
     pub counters: counters::Mem,
     /// See [`list`].
     #[block(WordList, cfg.arrays)]
+    #[exists(cfg.arrays.lists())]
     pub list: list::Mem,
     /// See [`reader`].
     #[block(Reader, cfg.arrays)]
@@ -148,6 +167,14 @@ pub struct Mem {
     /// See [`answers`].
     #[block(Answers, cfg.arrays.fragments)]
     pub answers: answers::Mem,
+    /// The counters, where they lie outside.
+    #[block(CounterTable, cfg.arrays.counter_table())]
+    #[exists(cfg.arrays.caches())]
+    pub counter_table: cached_table::Mem,
+    /// Counters and slots take turns at the port.
+    #[block(Turns, cfg.arrays.arbiter())]
+    #[exists(cfg.arrays.shares())]
+    pub turns: arbiter::Mem,
 }
 
 /// Inputs.
@@ -170,9 +197,9 @@ pub struct In {
     /// A number: the word of counters of that number is cleared.
     #[with(cfg.arrays.screen.pixel_bits())]
     pub clear: Stream<u32>,
-    /// What the memory of the slots outside shows.
-    #[with(cfg.arrays.fragments.port())]
-    #[exists(cfg.arrays.fragments.port().exists())]
+    /// What the outside memory shows.
+    #[with(cfg.arrays.port())]
+    #[exists(cfg.arrays.port().exists())]
     pub outside: outside::In,
 }
 
@@ -185,6 +212,8 @@ pub struct Moore {
     pub replay: bool,
     /// A fragment is taken.
     pub ready: bool,
+    /// A word that is cleared is taken.
+    pub clear_ready: bool,
     /// Fragments of one pixel after the other, then the end of the frame.
     #[with(cfg.arrays.screen.pixel_bits(), 0)]
     pub arrived: Stream<Marked<Arrived>>,
@@ -215,9 +244,9 @@ pub struct Wires {
     /// Fragments that were read back.
     #[with(cfg.arrays.screen.pixel_bits(), 0)]
     pub arrived: Handshake<Marked<Arrived>>,
-    /// The port to the slots outside.
-    #[with(cfg.arrays.fragments.port())]
-    #[exists(cfg.arrays.fragments.port().exists())]
+    /// The port to what lies outside.
+    #[with(cfg.arrays.port())]
+    #[exists(cfg.arrays.port().exists())]
     pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
@@ -242,11 +271,15 @@ pub struct Events {
     pub read_again: bool,
     /// A fragment that was read back is hidden.
     pub culled_late: bool,
+    /// What the cache of counters did.
+    pub counters: Cached,
 }
 
 #[rtl(
     check(FixedArrays, crate::test_util::fixed()),
-    check(FixedArrays, crate::test_util::fixed_at(3))
+    check(FixedArrays, crate::test_util::fixed_at(3)),
+    check(FixedArrays, crate::test_util::caching_fixed(true)),
+    check(FixedArrays, crate::test_util::caching_fixed(false))
 )]
 impl Block for FixedArrays {
     type Config = Config;
@@ -259,10 +292,19 @@ impl Block for FixedArrays {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let rebuild = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
+        let mut ready = Index::moore(&cfg.arrays, &q.index, &m.index).ready;
+        let mut clear_ready = true;
+        if cfg.arrays.caches() {
+            let table = cfg.arrays.counter_table();
+            let counters = CounterTable::moore(&table, &q.counter_table, &m.counter_table);
+            ready &= counters.ready;
+            clear_ready = counters.clear_ready;
+        }
         Moore {
             step: rebuild.step,
             replay: rebuild.replay,
-            ready: Index::moore(&cfg.arrays, &q.index, &m.index).ready,
+            ready,
+            clear_ready,
             arrived: Reader::moore(&cfg.arrays, &q.reader, &m.reader).arrived,
         }
     }
@@ -274,18 +316,40 @@ impl Block for FixedArrays {
 
         // What every block shows before its inputs are known.
         let at = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
-        let counts = Counters::moore(arrays, &(), &m.counters);
-        let list = WordList::moore(arrays, &q.list, &m.list);
+        let mut counts = Counters::moore(arrays, &(), &m.counters);
+        let (mut table_ready, mut clear_ready) = (true, true);
+        if arrays.caches() {
+            let table = arrays.counter_table();
+            let counters = CounterTable::moore(&table, &q.counter_table, &m.counter_table);
+            counts = counters.entry;
+            table_ready = counters.ready;
+            clear_ready = counters.clear_ready;
+        }
+        let mut list = list::Moore::default();
+        if arrays.lists() {
+            list = WordList::moore(arrays, &q.list, &m.list);
+        }
+        // What counters and slots see of the outside memory.
+        let (mut of_counters, mut of_slots) = (i.outside, i.outside);
+        if arrays.shares() {
+            let turns = Turns::moore(&arrays.arbiter(), &q.turns, &m.turns);
+            of_counters = arbiter::client(&0, turns, i.outside);
+            of_slots = arbiter::client(&1, turns, i.outside);
+        } else if arrays.caches() {
+            of_slots = outside::In::default();
+        }
         let memory = Sections::moore(slots, &q.fragments, &m.fragments);
         let reader = Reader::moore(arrays, &q.reader, &m.reader);
-        let words = Words::of(memory.on_chip, i.outside.response);
+        let words = Words::of(memory.on_chip, of_slots.response);
         let to_answers = answers::In { oldest: reader.oldest, words };
         let word = Answers::next(slots, &q.answers, &mut d.answers, &mut m.answers, to_answers);
 
+        let mut fragment = i.fragment;
+        fragment.valid &= table_ready;
         let index = if i.comes {
             let to_index = index::In {
                 counting: false,
-                fragment: i.fragment,
+                fragment,
                 counts,
                 bases: Read::<Sums>::default(),
                 band: config::Band::default(),
@@ -303,7 +367,7 @@ impl Block for FixedArrays {
             ended: index.ended,
             resolved: i.written,
             comes: i.taken,
-            clear_ready: true,
+            clear_ready,
         };
         let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
 
@@ -317,6 +381,7 @@ impl Block for FixedArrays {
                 word: list.word,
                 counts,
                 sums: Read::<Sums>::default(),
+                ready: table_ready,
                 extent_ready: reader.ready,
             };
             let walk = Walk::next(arrays, &q.walk, &mut d.walk, &mut (), to_walk);
@@ -339,7 +404,9 @@ impl Block for FixedArrays {
             read: walk.occupied_read,
             clear: i.written || rebuild.again,
         };
-        WordList::next(arrays, &q.list, &mut d.list, &mut m.list, to_list);
+        if arrays.lists() {
+            WordList::next(arrays, &q.list, &mut d.list, &mut m.list, to_list);
+        }
         let mut clear = i.clear;
         if at.clear.valid {
             clear = at.clear;
@@ -352,16 +419,55 @@ impl Block for FixedArrays {
             clear,
             ..counters::In::default()
         };
-        Counters::next(arrays, &(), &mut (), &mut m.counters, to_counters);
+        if !arrays.caches() {
+            Counters::next(arrays, &(), &mut (), &mut m.counters, to_counters);
+        }
         let to_fragments = sections::In {
             write: index.place,
             word: index.word,
             read: back.read,
-            taken: i.outside.ready,
+            taken: of_slots.ready,
         };
-        let request =
+        let mut request =
             Sections::next(slots, &q.fragments, &mut d.fragments, &mut m.fragments, to_fragments)
                 .request;
+        let mut counters = table_cache::Out::default();
+        if arrays.caches() {
+            // A fragment's word is asked for as it is taken.
+            let taken = fragment.valid && Index::moore(arrays, &q.index, &m.index).ready;
+            let Marked { end, item } = fragment.payload;
+            let mut ask = walk.ahead;
+            if i.comes && taken && !end {
+                ask = Stream::offer(arrays.word_of(item.pixel));
+            }
+            let of_index = port::written(index.count_write);
+            let write = if of_index.valid { of_index } else { port::written(walk.write) };
+            let to_table = cached_table::In {
+                ask,
+                taken: index.taken || walk.taken,
+                write,
+                clear,
+                memory: of_counters,
+            };
+            counters = CounterTable::next(
+                &arrays.counter_table(),
+                &q.counter_table,
+                &mut d.counter_table,
+                &mut m.counter_table,
+                to_table,
+            );
+            if arrays.shares() {
+                let to_turns = arbiter::In {
+                    request: [counters.request, request, Stream::idle(), Stream::idle()],
+                    memory: i.outside,
+                };
+                let turns = &arrays.arbiter();
+                request =
+                    Turns::next(turns, &q.turns, &mut d.turns, &mut m.turns, to_turns).request;
+            } else {
+                request = counters.request;
+            }
+        }
 
         let longest = at.limit == cfg.rebuild.most;
         Out {
@@ -385,6 +491,7 @@ impl Block for FixedArrays {
                     read: back.read.valid,
                     read_again: back.read_again,
                     culled_late: back.culled,
+                    counters: cached(counters),
                 },
             },
         }

@@ -18,6 +18,9 @@
 //! Where arrays are of one length nothing is counted before: the base is the pixel's number times the length, and a
 //! fragment that finds its pixel's array full is dropped. `first_of_word` names the word of counters of which the first one
 //! leaves 0.
+//!
+//! Where counters and sums lie outside a fragment waits until they are there; who hands it over asks for them as it is taken,
+//! if [`Config::is_asked`] says so, and with `taken` they are done with.
 
 use super::config::{Band, Config};
 use super::counters::Counts;
@@ -34,14 +37,12 @@ pub struct Index;
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Fragments that arrived.
-    #[with(QUEUE_DEPTH)]
+    #[with(cfg.fragments_ahead())]
     pub queue: fifo::State,
     /// The fragment at hand.
     #[with(cfg.screen)]
     pub stage: Stream<Marked<PixelFragment>>,
 }
-
-const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -91,6 +92,9 @@ pub struct Out {
     #[with(cfg.word_bits())]
     #[exists(!cfg.is_fixed())]
     pub base_read: ReadPort,
+    /// Counters, and sums if fragments are stored, are done with.
+    #[exists(cfg.caches())]
+    pub taken: bool,
     /// Where the fragment is written.
     #[with(cfg.fragments)]
     pub place: Stream<Place>,
@@ -120,13 +124,14 @@ type Queue = Fifo<Marked<PixelFragment>>;
 
 #[inline(always)]
 fn queue(cfg: &Config) -> fifo::Config<Screen> {
-    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+    fifo::Config { depth: cfg.fragments_ahead(), item: cfg.screen }
 }
 
 #[rtl(
     check(Index, crate::test_util::arrays(4, true)),
     check(Index, crate::test_util::arrays(1, false)),
-    check(Index, crate::test_util::fixed().arrays)
+    check(Index, crate::test_util::fixed().arrays),
+    check(Index, crate::test_util::caching_arrays(2, true))
 )]
 impl Block for Index {
     type Config = Config;
@@ -157,12 +162,15 @@ impl Block for Index {
         o.word = Word { z, rgba, weight: 0, label };
 
         // Second stage: the pixel's counter and base are at hand.
-        let at_hand = q.stage.valid && !end;
+        let asked = q.stage.valid && !end && cfg.is_asked(i.counting, i.band, pixel);
+        let sums_there = i.counting || cfg.is_fixed() || i.bases.valid;
+        let waits = asked && !cfg.is_there(i.counts.valid && sums_there);
+        let at_hand = q.stage.valid && !end && !waits;
         let lane = cfg.lane_of(pixel);
         let count = i.counts.data.of[lane as usize];
         let base = i.bases.data.of[lane as usize];
         let mut counted = count;
-        let mut stall = false;
+        let mut stall = waits;
         if at_hand && i.counting {
             o.counted = count < cfg.limit();
             counted = if o.counted { count + 1 } else { count };
@@ -193,20 +201,17 @@ impl Block for Index {
             let first = o.place.valid && !used;
             o.first_of_word = Stream { valid: first, payload: cfg.word_of(pixel) };
         }
+        o.taken = asked && !stall;
 
         // First stage: ask for those of the next fragment's pixel, if it counts or has a place.
         let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
         if !stall {
             d.stage = front;
             let next = front.payload.item.pixel;
-            if front.valid && !front.payload.end {
-                if i.counting {
-                    o.count_read.read(cfg.word_of(next));
-                } else if cfg.has(i.band, next) {
-                    o.count_read.read(cfg.word_of(next));
-                    if !cfg.is_fixed() {
-                        o.base_read.read(cfg.word_of(next));
-                    }
+            if front.valid && !front.payload.end && cfg.is_asked(i.counting, i.band, next) {
+                o.count_read.read(cfg.word_of(next));
+                if !i.counting && !cfg.is_fixed() {
+                    o.base_read.read(cfg.word_of(next));
                 }
             }
         }

@@ -39,7 +39,7 @@ pub struct In {
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 #[signals(Config)]
 pub struct Moore {
     /// Words in the list.

@@ -25,17 +25,20 @@ pub mod prefix_sum;
 pub mod reader;
 pub mod walk;
 
+use crate::arbiter::{self, Arbiter};
+use crate::cached_table::{self, CachedTable};
 use crate::chains::answers::{self, Answers, Words};
 use crate::chains::sections::{self, Sections};
-
+use crate::table_cache;
 use config::Config;
-use counters::Counters;
+use counters::{Counters, Counts};
 use index::Index;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment};
 use pellucid_sim::Block;
+use pellucid_sim::ram::port;
 use pellucid_sim::{Handshake, Memory, Read, Signals, Stream, rtl};
-use prefix_sum::PrefixSum;
+use prefix_sum::{PrefixSum, Sums};
 use reader::Reader;
 use walk::{Extent, Walk};
 
@@ -69,6 +72,21 @@ pub struct State {
     #[with(cfg.fragments)]
     #[block(Answers)]
     pub answers: answers::State,
+    /// The counters, where they lie outside.
+    #[with(cfg.counter_shape())]
+    #[exists(cfg.caches())]
+    #[block(CounterTable, cfg.counter_table())]
+    pub counter_table: cached_table::State,
+    /// The sums, where they lie outside.
+    #[with(cfg.sum_shape())]
+    #[exists(cfg.caches_sums())]
+    #[block(SumTable, cfg.sum_table())]
+    pub sum_table: cached_table::State,
+    /// Counters, sums and slots take turns at the port.
+    #[with(cfg.arbiter())]
+    #[exists(cfg.shares())]
+    #[block(Turns, cfg.arbiter())]
+    pub turns: arbiter::State,
 }
 
 /// Memories.
@@ -92,6 +110,18 @@ pub struct Mem {
     /// See [`answers`].
     #[block(Answers, cfg.fragments)]
     pub answers: answers::Mem,
+    /// The counters, where they lie outside.
+    #[block(CounterTable, cfg.counter_table())]
+    #[exists(cfg.caches())]
+    pub counter_table: cached_table::Mem,
+    /// The sums, where they lie outside.
+    #[block(SumTable, cfg.sum_table())]
+    #[exists(cfg.caches_sums())]
+    pub sum_table: cached_table::Mem,
+    /// Counters, sums and slots take turns at the port.
+    #[block(Turns, cfg.arbiter())]
+    #[exists(cfg.shares())]
+    pub turns: arbiter::Mem,
 }
 
 /// Inputs.
@@ -113,9 +143,9 @@ pub struct In {
     /// A number: the word of counters of that number is cleared.
     #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
-    /// What the memory of the slots outside shows.
-    #[with(cfg.fragments.port())]
-    #[exists(cfg.fragments.port().exists())]
+    /// What the outside memory shows.
+    #[with(cfg.port())]
+    #[exists(cfg.port().exists())]
     pub outside: outside::In,
 }
 
@@ -124,6 +154,8 @@ pub struct In {
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
+    /// A word that is cleared is taken.
+    pub clear_ready: bool,
     /// Fragments of one pixel after the other, then the end of the band.
     #[with(cfg.screen.pixel_bits(), 0)]
     pub arrived: Stream<Marked<Arrived>>,
@@ -155,9 +187,9 @@ pub struct Wires {
     /// Fragments that were read back.
     #[with(cfg.screen.pixel_bits(), 0)]
     pub arrived: Handshake<Marked<Arrived>>,
-    /// The port to the slots outside.
-    #[with(cfg.fragments.port())]
-    #[exists(cfg.fragments.port().exists())]
+    /// The port to what lies outside.
+    #[with(cfg.port())]
+    #[exists(cfg.port().exists())]
     pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
@@ -178,11 +210,39 @@ pub struct Events {
     pub read: bool,
     /// It was read in a second pass or later.
     pub read_again: bool,
+    /// What the cache of counters did.
+    pub counters: Cached,
+    /// What that of sums did.
+    pub sums: Cached,
+}
+
+/// What the cache of a table did in a cycle.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Cached {
+    /// A word was there, or on its way.
+    pub hit: bool,
+    /// It was not.
+    pub miss: bool,
+    /// One was written back.
+    pub write_back: bool,
+}
+
+type CounterTable = CachedTable<Counts>;
+type SumTable = CachedTable<Sums>;
+type Turns = Arbiter;
+
+/// What is seen of a cache.
+#[inline(always)]
+#[rtl]
+pub(super) fn cached(out: table_cache::Out) -> Cached {
+    Cached { hit: out.hit, miss: out.miss, write_back: out.write_back }
 }
 
 #[rtl(
     check(Arrays, crate::test_util::arrays(4, true)),
-    check(Arrays, crate::test_util::arrays(1, false))
+    check(Arrays, crate::test_util::arrays(1, false)),
+    check(Arrays, crate::test_util::caching_arrays(2, true)),
+    check(Arrays, crate::test_util::caching_arrays(1, false))
 )]
 impl Block for Arrays {
     type Config = Config;
@@ -195,8 +255,18 @@ impl Block for Arrays {
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let band = PrefixSum::moore(cfg, &q.prefix_sum, &m.prefix_sum).band;
+        let mut ready = Index::moore(cfg, &q.index, &m.index).ready;
+        let mut clear_ready = true;
+        if cfg.caches() {
+            let counters =
+                CounterTable::moore(&cfg.counter_table(), &q.counter_table, &m.counter_table);
+            let sums = SumTable::moore(&cfg.sum_table(), &q.sum_table, &m.sum_table);
+            ready &= counters.ready && sums.ready;
+            clear_ready = counters.clear_ready && sums.clear_ready;
+        }
         Moore {
-            ready: Index::moore(cfg, &q.index, &m.index).ready,
+            ready,
+            clear_ready,
             arrived: Reader::moore(cfg, &q.reader, &m.reader).arrived,
             whole: cfg.is_last(band),
         }
@@ -205,21 +275,43 @@ impl Block for Arrays {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
-        let counts = Counters::moore(cfg, &(), &m.counters);
+        let mut counts = Counters::moore(cfg, &(), &m.counters);
         let prefix_sum = PrefixSum::moore(cfg, &q.prefix_sum, &m.prefix_sum);
+        let mut sums = prefix_sum.sums;
+        let (mut tables_ready, mut clears) = (true, i.clear.valid);
+        if cfg.caches() {
+            let counter_table =
+                CounterTable::moore(&cfg.counter_table(), &q.counter_table, &m.counter_table);
+            let sum_table = SumTable::moore(&cfg.sum_table(), &q.sum_table, &m.sum_table);
+            counts = counter_table.entry;
+            sums = sum_table.entry;
+            tables_ready = counter_table.ready && sum_table.ready;
+            clears &= counter_table.clear_ready && sum_table.clear_ready;
+        }
+        // What each of them sees of the outside memory.
+        let (mut of_counters, mut of_sums) = (i.outside, i.outside);
+        let mut of_slots = i.outside;
+        if cfg.shares() {
+            let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
+            of_counters = arbiter::client(&0, turns, i.outside);
+            of_sums = arbiter::client(&1, turns, i.outside);
+            of_slots = arbiter::client(&2, turns, i.outside);
+        }
         let slots = Sections::moore(&cfg.fragments, &q.fragments, &m.fragments);
         let reader = Reader::moore(cfg, &q.reader, &m.reader);
-        let words = Words::of(slots.on_chip, i.outside.response);
+        let words = Words::of(slots.on_chip, of_slots.response);
         let to_answers = answers::In { oldest: reader.oldest, words };
         let word =
             Answers::next(&cfg.fragments, &q.answers, &mut d.answers, &mut m.answers, to_answers);
 
+        let mut fragment = i.fragment;
+        fragment.valid &= tables_ready;
         let index = if i.comes {
             let to_index = index::In {
                 counting: i.counting,
-                fragment: i.fragment,
+                fragment,
                 counts,
-                bases: prefix_sum.sums,
+                bases: sums,
                 band: prefix_sum.band,
                 length: 0,
                 outside_ready: slots.ready,
@@ -240,7 +332,8 @@ impl Block for Arrays {
                 occupied: prefix_sum.occupied,
                 word: prefix_sum.word,
                 counts,
-                sums: prefix_sum.sums,
+                sums,
+                ready: tables_ready,
                 extent_ready: reader.ready,
             };
             let walk = Walk::next(cfg, &q.walk, &mut d.walk, &mut (), to_walk);
@@ -260,6 +353,8 @@ impl Block for Arrays {
         let to_prefix_sum = prefix_sum::In {
             start: (index.ended && i.counting) || next_band,
             counts,
+            sums,
+            ready: tables_ready,
             index_read: index.base_read,
             walk_read: walk.read,
             occupied_read: walk.occupied_read,
@@ -282,14 +377,16 @@ impl Block for Arrays {
             walk_write: walk.write,
             clear: i.clear,
         };
-        Counters::next(cfg, &(), &mut (), &mut m.counters, to_counters);
+        if !cfg.caches() {
+            Counters::next(cfg, &(), &mut (), &mut m.counters, to_counters);
+        }
         let to_fragments = sections::In {
             write: index.place,
             word: index.word,
             read: back.read,
-            taken: i.outside.ready,
+            taken: of_slots.ready,
         };
-        let request = Sections::next(
+        let mut request = Sections::next(
             &cfg.fragments,
             &q.fragments,
             &mut d.fragments,
@@ -297,6 +394,61 @@ impl Block for Arrays {
             to_fragments,
         )
         .request;
+        let (mut counter_table, mut sum_table) =
+            (table_cache::Out::default(), table_cache::Out::default());
+        if cfg.caches() {
+            // A fragment's words are asked for as it is taken; one user asks at a time.
+            let taken = fragment.valid && Index::moore(cfg, &q.index, &m.index).ready;
+            let Marked { end, item } = fragment.payload;
+            let asks =
+                i.comes && taken && !end && cfg.is_asked(i.counting, prefix_sum.band, item.pixel);
+            let of_fragment = Stream { valid: asks, payload: cfg.word_of(item.pixel) };
+            let mut counts_ahead = if walk.ahead.valid { walk.ahead } else { sum.counts_ahead };
+            let mut sums_ahead = if walk.ahead.valid { walk.ahead } else { sum.sums_ahead };
+            if asks {
+                counts_ahead = of_fragment;
+                sums_ahead = Stream { valid: !i.counting, payload: of_fragment.payload };
+            }
+            let (of_index, of_walk) = (port::written(index.count_write), port::written(walk.write));
+            let mut counts_write = port::written(sum.write);
+            counts_write = if of_walk.valid { of_walk } else { counts_write };
+            counts_write = if of_index.valid { of_index } else { counts_write };
+            let clear = Stream { valid: clears, payload: i.clear.payload };
+            let to_counter_table = cached_table::In {
+                ask: counts_ahead,
+                taken: index.taken || sum.counts_taken || walk.taken,
+                write: counts_write,
+                clear,
+                memory: of_counters,
+            };
+            counter_table = CounterTable::next(
+                &cfg.counter_table(),
+                &q.counter_table,
+                &mut d.counter_table,
+                &mut m.counter_table,
+                to_counter_table,
+            );
+            let to_sum_table = cached_table::In {
+                ask: sums_ahead,
+                taken: (index.taken && !i.counting) || sum.sums_taken || walk.taken,
+                write: port::written(sum.sums_write),
+                clear,
+                memory: of_sums,
+            };
+            sum_table = SumTable::next(
+                &cfg.sum_table(),
+                &q.sum_table,
+                &mut d.sum_table,
+                &mut m.sum_table,
+                to_sum_table,
+            );
+            let to_turns = arbiter::In {
+                request: [counter_table.request, sum_table.request, request, Stream::idle()],
+                memory: i.outside,
+            };
+            request =
+                Turns::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns).request;
+        }
 
         Out {
             ended: index.ended,
@@ -318,6 +470,8 @@ impl Block for Arrays {
                     dropped: index.dropped,
                     read: back.read.valid,
                     read_again: back.read_again,
+                    counters: cached(counter_table),
+                    sums: cached(sum_table),
                 },
             },
         }

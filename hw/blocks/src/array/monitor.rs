@@ -19,6 +19,33 @@ pellucid_sim::counters! {
         fragments_read: "fragments",
         /// Fragments read back again for pixels deeper than one pass.
         fragments_read_again: "fragments",
+        /// Words of counters that were in their cache or on their way (counters=cached).
+        counter_hits: "words",
+        /// Those that were not.
+        counter_misses: "words",
+        /// Words of counters written back to outside memory.
+        counters_written_back: "words",
+        /// Words of sums that were in their cache or on their way (counters=cached).
+        sum_hits: "words",
+        /// Those that were not.
+        sum_misses: "words",
+        /// Words of sums written back to outside memory.
+        sums_written_back: "words",
+    }
+}
+
+/// What is read of counters outside, a line for each that is not in the cache.
+pub(super) fn counter_lines(cfg: &Config, tally: &Tally) -> Check {
+    lines(cfg, tally, "words of counters read outside, a line for each miss", "counter")
+}
+
+fn lines(cfg: &Config, tally: &Tally, what: &'static str, table: &str) -> Check {
+    let line = cfg.shape.cached.map_or(0, |cached| u64::from(cached.line));
+    let outside = tally.memory(&format!("arrays.{table}s.outside"));
+    Check {
+        what,
+        expected: line * tally.figure(&format!("{table}_misses")),
+        found: outside.map_or(0, |memory| memory.info.reads),
     }
 }
 
@@ -67,6 +94,12 @@ impl ArraysMonitor {
         own.counted += u64::from(e.counted);
         own.fragments_read += u64::from(e.read && !e.read_again);
         own.fragments_read_again += u64::from(e.read && e.read_again);
+        own.counter_hits += u64::from(e.counters.hit);
+        own.counter_misses += u64::from(e.counters.miss);
+        own.counters_written_back += u64::from(e.counters.write_back);
+        own.sum_hits += u64::from(e.sums.hit);
+        own.sum_misses += u64::from(e.sums.miss);
+        own.sums_written_back += u64::from(e.sums.write_back);
         // A band's sum grows with every word.
         if wires.slots.valid {
             own.fragments_used = own.fragments_used.max(wires.slots.payload.into());
@@ -94,6 +127,29 @@ impl ArraysMonitor {
                 what: "fragments read from slots, those and those read again",
                 expected: stored + tally.figure("fragments_read_again"),
                 found: infos().map(|info| info.reads).sum(),
+            },
+        ]
+    }
+
+    /// What both tables must have been asked for, and have moved, if `frames` were stored whole, and resolved.
+    pub fn table_forms(cfg: &Config, tally: &Tally, frames: u64) -> Vec<Check> {
+        if !cfg.caches() {
+            return vec![];
+        }
+        let words = frames * u64::from(cfg.words());
+        let stored = tally.fragments.blended + tally.fragments.dropped;
+        let asks = |table: &str| {
+            let [hits, misses] =
+                ["hits", "misses"].map(|what| tally.figure(&format!("{table}_{what}")));
+            hits + misses
+        };
+        vec![
+            counter_lines(cfg, tally),
+            lines(cfg, tally, "words of sums read outside, a line for each miss", "sum"),
+            Check {
+                what: "words of sums asked for, all in each sweep and to resolve, and one for each that is stored",
+                expected: words * u64::from(cfg.sweeps(cfg.words()) + 1) + stored,
+                found: asks("sum"),
             },
         ]
     }

@@ -18,12 +18,18 @@
 //!
 //! The last sweep clears counters: where fragments are counted up again those of the band, where there is but one band
 //! those behind it. It lists the words that have a fragment, if they have several lanes.
+//!
+//! Where counters and sums lie outside, words are asked for ahead, and each waits until it is there; there is no list. What was
+//! asked for behind the end of a band is passed over before the band is done. A word of [`Sums`] is an
+//! [`Entry`](cached_table::Entry) of a table there.
 
 use super::config::{Band, Config, MAX_LANES};
 use super::counters::Counts;
+use crate::cached_table;
+use pellucid_machine::outside;
 use pellucid_sim::Block;
 use pellucid_sim::{
-    Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
+    Label, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, rtl,
 };
 
 /// See the module's description.
@@ -38,6 +44,29 @@ pub struct Sums {
     pub of: [u32; MAX_LANES],
 }
 
+#[rtl]
+impl Sums {
+    /// The first one lowest.
+    #[inline(always)]
+    fn word(cfg: &Config, sums: Sums) -> outside::Word {
+        let mut low: u64 = 0;
+        for lane in 0..cfg.shape.lanes {
+            low |= u64::from(sums.of[lane as usize]) << (lane * cfg.sum_bits());
+        }
+        outside::Word { low, high: 0, label: Label::NONE }
+    }
+    #[inline(always)]
+    fn of_word(cfg: &Config, word: outside::Word) -> Sums {
+        let mut of = [0; MAX_LANES];
+        for lane in 0..cfg.shape.lanes {
+            of[lane as usize] = (word.low >> (lane * cfg.sum_bits()) & cfg.sum_mask()) as u32;
+        }
+        Sums { of }
+    }
+}
+
+cached_table::entry!(Sums, Config, |_| Sums::default());
+
 /// What it is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Signals)]
 pub enum Fsm {
@@ -45,6 +74,8 @@ pub enum Fsm {
     Idle,
     /// Going over them.
     Sweep,
+    /// Passing over words that were asked for.
+    Pass,
 }
 
 /// Registers.
@@ -55,12 +86,16 @@ pub struct State {
     /// The band.
     #[with(*cfg)]
     pub band: Band,
-    /// The word that is asked for next.
+    /// The word that comes to hand next.
     #[width(cfg.word_bits())]
     pub next: u32,
-    /// The word that was asked for.
+    /// The word at hand, once it is there.
     #[with(cfg.word_bits())]
     pub asked: Stream<u32>,
+    /// The word that is asked for ahead.
+    #[width(cfg.word_bits())]
+    #[exists(cfg.caches())]
+    pub ahead: u32,
     /// Words of the lower half of a group.
     #[width(cfg.word_bits())]
     #[exists(cfg.shape.sweeps)]
@@ -86,6 +121,13 @@ pub struct In {
     /// The counters that were asked for.
     #[with(*cfg)]
     pub counts: Read<Counts>,
+    /// The sums that were asked for, where they lie outside.
+    #[with(*cfg)]
+    #[exists(cfg.caches())]
+    pub sums: Read<Sums>,
+    /// Words may be asked for ahead.
+    #[exists(cfg.caches())]
+    pub ready: bool,
     /// Reads sums for a fragment's slot.
     #[with(cfg.word_bits())]
     pub index_read: ReadPort,
@@ -126,6 +168,24 @@ pub struct Out {
     /// Clears counters.
     #[with(cfg.word_bits(), *cfg)]
     pub write: WritePort<Counts>,
+    /// A word of counters is asked for ahead.
+    #[with(cfg.word_bits())]
+    #[exists(cfg.caches())]
+    pub counts_ahead: Stream<u32>,
+    /// A word of sums is.
+    #[with(cfg.word_bits())]
+    #[exists(cfg.caches())]
+    pub sums_ahead: Stream<u32>,
+    /// The counters at hand are done with.
+    #[exists(cfg.caches())]
+    pub counts_taken: bool,
+    /// The sums at hand are.
+    #[exists(cfg.caches())]
+    pub sums_taken: bool,
+    /// Writes sums, where they lie outside.
+    #[with(cfg.word_bits(), *cfg)]
+    #[exists(cfg.caches())]
+    pub sums_write: WritePort<Sums>,
     /// Slots that the band takes up to the word at hand.
     #[with(cfg.sum_bits())]
     pub slots: Stream<u32>,
@@ -161,7 +221,9 @@ fn tree(cfg: &Config, lanes: [u64; MAX_LANES]) -> [u64; MAX_LANES] {
     check(PrefixSum, crate::test_util::arrays(4, true)),
     check(PrefixSum, crate::test_util::arrays(1, false)),
     check(PrefixSum, crate::test_util::sweeping(2, true, true)),
-    check(PrefixSum, crate::test_util::sweeping(1, false, false))
+    check(PrefixSum, crate::test_util::sweeping(1, false, false)),
+    check(PrefixSum, crate::test_util::caching_arrays(2, true)),
+    check(PrefixSum, crate::test_util::caching_arrays(1, false))
 )]
 impl Block for PrefixSum {
     type Config = Config;
@@ -177,6 +239,7 @@ impl Block for PrefixSum {
             band: Band { from: 0, to: cfg.screen.pixels() },
             next: 0,
             asked: Stream::idle(),
+            ahead: 0,
             half: 0,
             carry: 0,
             before: 0,
@@ -186,8 +249,9 @@ impl Block for PrefixSum {
 
     fn memories(cfg: &Config) -> Mem {
         let listed = if cfg.lists() { cfg.words() } else { 0 };
+        let words = if cfg.caches() { 0 } else { cfg.words() };
         Mem {
-            sums: Ram1R1W::new(cfg.words(), *cfg, 1, ReadDuringWrite::Forbidden),
+            sums: Ram1R1W::new(words, *cfg, 1, ReadDuringWrite::Forbidden),
             occupied: Ram1R1W::new(listed, cfg.word_bits(), 1, ReadDuringWrite::Forbidden),
         }
     }
@@ -206,11 +270,20 @@ impl Block for PrefixSum {
         let mut o = Out {
             read: ReadPort::default(),
             write: WritePort::default(),
+            counts_ahead: Stream::idle(),
+            sums_ahead: Stream::idle(),
+            counts_taken: false,
+            sums_taken: false,
+            sums_write: WritePort::default(),
             slots: Stream::idle(),
             done: false,
         };
-        m.sums.pass_read(i.index_read);
-        m.sums.pass_read(i.walk_read);
+        let mut sums_at_hand = i.sums;
+        if !cfg.caches() {
+            sums_at_hand = m.sums.q();
+            m.sums.pass_read(i.index_read);
+            m.sums.pass_read(i.walk_read);
+        }
         if cfg.lists() {
             m.occupied.pass_read(i.occupied_read);
         }
@@ -223,6 +296,7 @@ impl Block for PrefixSum {
                     let from = if cfg.is_last(q.band) { 0 } else { q.band.to };
                     d.band = Band { from, to: pixels };
                     d.next = cfg.word_of(from);
+                    d.ahead = cfg.word_of(from);
                     d.half = 1;
                     d.carry = 0;
                     d.before = 0;
@@ -244,6 +318,12 @@ impl Block for PrefixSum {
                     before = q.before;
                 }
 
+                // Counters are looked at in the first sweep and in the last.
+                let counters = first || last;
+                let there = cfg.is_there(sums_at_hand.valid && (i.counts.valid || !counters));
+                let at_hand = q.asked.valid && there;
+                let waits = q.asked.valid && !there;
+
                 // Second stage: the sums up to each pixel of the word.
                 let mut lanes = [0; MAX_LANES];
                 for lane in 0..cfg.shape.lanes {
@@ -255,7 +335,7 @@ impl Block for PrefixSum {
                 let mut ends = [0; MAX_LANES];
                 let mut fit = 0;
                 for lane in 0..cfg.shape.lanes {
-                    let so_far = u64::from(m.sums.q().data.of[lane as usize]);
+                    let so_far = u64::from(sums_at_hand.data.of[lane as usize]);
                     let sum = if first { lanes[lane as usize] } else { so_far };
                     let sum = if upper { sum + u64::from(q.carry) } else { sum };
                     ends[lane as usize] = sum.min(u64::from(cfg.too_many())) as u32;
@@ -264,7 +344,7 @@ impl Block for PrefixSum {
                 let all = ends[(cfg.shape.lanes - 1) as usize];
                 let cut = last && fit < cfg.shape.lanes;
 
-                if q.asked.valid {
+                if at_hand {
                     // Each lane gets the sum up to it, or that up to the one before it.
                     let mut sums = Sums { of: ends };
                     let mut counts = i.counts.data;
@@ -285,7 +365,11 @@ impl Block for PrefixSum {
                         }
                         comes_before = end;
                     }
-                    m.sums.write(word, sums);
+                    if cfg.caches() {
+                        o.sums_write.write(word, sums);
+                    } else {
+                        m.sums.write(word, sums);
+                    }
                     if last && (!cfg.shape.down || (cut && !cfg.shape.bands)) {
                         o.write.write(word, counts);
                     }
@@ -304,28 +388,59 @@ impl Block for PrefixSum {
 
                 // First stage: ask for the next word.
                 let asks = q.next < cfg.words();
-                d.asked = Stream { valid: asks, payload: q.next };
-                if asks {
-                    if first || last {
+                if !waits {
+                    d.asked = Stream { valid: asks, payload: q.next };
+                }
+                if asks && !waits {
+                    if counters && !cfg.caches() {
                         o.read.read(q.next);
                     }
-                    if cfg.shape.sweeps && !first {
+                    if cfg.shape.sweeps && !first && !cfg.caches() {
                         m.sums.read(q.next);
                     }
                     d.next = q.next + 1;
                 }
+                let asks_ahead = cfg.caches() && i.ready && q.ahead < cfg.words();
+                if asks_ahead {
+                    o.counts_ahead = Stream { valid: counters, payload: q.ahead };
+                    o.sums_ahead = Stream::offer(q.ahead);
+                    d.ahead = q.ahead + 1;
+                }
+                o.counts_taken = at_hand && counters;
+                o.sums_taken = at_hand;
 
                 let whole = word == cfg.words() - 1;
-                if q.asked.valid && (whole || (cut && cfg.shape.bands)) {
+                if at_hand && (whole || (cut && cfg.shape.bands)) {
                     d.asked = Stream::idle();
                     d.next = first_word;
+                    if whole {
+                        d.ahead = first_word;
+                    }
                     d.carry = 0;
                     d.before = 0;
                     d.half = q.half << 1;
                     if last {
-                        o.done = true;
+                        o.done = whole || !cfg.caches();
                         d.fsm = Fsm::Idle;
                         d.half = 0;
+                    }
+                    if cfg.caches() && last && !whole {
+                        d.fsm = Fsm::Pass;
+                        d.next = word + 1;
+                    }
+                }
+            }
+            Fsm::Pass => {
+                if cfg.caches() {
+                    let passes = q.next < q.ahead && i.counts.valid && i.sums.valid;
+                    o.counts_taken = passes;
+                    o.sums_taken = passes;
+                    if passes {
+                        d.next = q.next + 1;
+                    }
+                    if q.next == q.ahead {
+                        o.done = true;
+                        d.fsm = Fsm::Idle;
                     }
                 }
             }

@@ -7,8 +7,8 @@
 //!  counts, sums ------>|      |---> list: read; counters: read, write; sums: read
 //!                      +------+
 //! ```
-//! One pixel a cycle, in rising order, across words; a word without one takes a cycle. Where words have several lanes those
-//! without a counted fragment are not in the list, and take none; words come in its order. Counters of the band that are not 0
+//! One pixel a cycle, in rising order, across words; a word without one takes a cycle. Where there is a
+//! [list](Config::lists), words without a counted fragment are not in it, and take none; words come in its order. Counters of the band that are not 0
 //! are cleared as their word is left.
 //!
 //! Where slots are found by counting up a pixel's counter says how many fragments it has, from its base on. Where by counting
@@ -64,8 +64,12 @@ pub struct State {
     /// The word that was asked for.
     #[with(cfg.word_bits())]
     pub asked: Stream<u32>,
+    /// The word that is asked for ahead.
+    #[width(cfg.word_bits())]
+    #[exists(cfg.caches())]
+    pub ahead: u32,
     /// Lanes of it that are done with.
-    #[width(if cfg.lists() { bits_for(u64::from(cfg.shape.lanes)) } else { 0 })]
+    #[width(if cfg.shape.lanes > 1 { bits_for(u64::from(cfg.shape.lanes)) } else { 0 })]
     pub lane: u32,
     /// Where the array before the word ends.
     #[width(cfg.sum_bits())]
@@ -101,6 +105,9 @@ pub struct In {
     #[with(*cfg)]
     #[exists(!cfg.is_fixed())]
     pub sums: Read<Sums>,
+    /// Words may be asked for ahead.
+    #[exists(cfg.caches())]
+    pub ready: bool,
     /// The receiver takes a pixel.
     pub extent_ready: bool,
 }
@@ -118,6 +125,13 @@ pub struct Out {
     /// Reads counters and sums.
     #[with(cfg.word_bits())]
     pub read: ReadPort,
+    /// A word of them is asked for ahead.
+    #[with(cfg.word_bits())]
+    #[exists(cfg.caches())]
+    pub ahead: Stream<u32>,
+    /// Those at hand are done with.
+    #[exists(cfg.caches())]
+    pub taken: bool,
     /// Clears counters.
     #[with(cfg.word_bits(), *cfg)]
     pub write: WritePort<Counts>,
@@ -129,7 +143,9 @@ pub struct Out {
     check(Walk, crate::test_util::arrays(4, false)),
     check(Walk, crate::test_util::arrays(1, true)),
     check(Walk, crate::test_util::sweeping(1, false, false)),
-    check(Walk, crate::test_util::fixed().arrays)
+    check(Walk, crate::test_util::fixed().arrays),
+    check(Walk, crate::test_util::caching_arrays(2, true)),
+    check(Walk, crate::test_util::caching_fixed(true).arrays)
 )]
 impl Block for Walk {
     type Config = Config;
@@ -140,7 +156,15 @@ impl Block for Walk {
     type Mem = ();
 
     fn reset(_: &Config) -> State {
-        State { fsm: Fsm::Idle, next: 0, listed: false, asked: Stream::idle(), lane: 0, before: 0 }
+        State {
+            fsm: Fsm::Idle,
+            next: 0,
+            listed: false,
+            asked: Stream::idle(),
+            ahead: 0,
+            lane: 0,
+            before: 0,
+        }
     }
 
     fn memories(_: &Config) {}
@@ -150,6 +174,9 @@ impl Block for Walk {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out::default();
+
+        let there = cfg.is_there(i.counts.valid && (cfg.is_fixed() || i.sums.valid));
+        let at_hand = q.asked.valid && there;
 
         // Last stage: of the pixels of the word at hand that have fragments, the first that was not sent.
         let mut extent = Extent::default();
@@ -162,7 +189,7 @@ impl Block for Walk {
             let counter = i.counts.data.of[lane as usize];
             let sum = i.sums.data.of[lane as usize];
             let mut count = 0;
-            if q.asked.valid && cfg.has(i.band, pixel) {
+            if at_hand && cfg.has(i.band, pixel) {
                 count = if cfg.shape.down { sum - begin - counter } else { counter };
                 used |= counter > 0;
                 cleared.of[lane as usize] = 0;
@@ -182,14 +209,19 @@ impl Block for Walk {
         }
         let ended = q.fsm == Fsm::End;
         o.extent = Stream { valid: some || ended, payload: Marked { end: ended, item: extent } };
-        let leaves = !q.asked.valid || !some || (i.extent_ready && !more);
-        if some && i.extent_ready && cfg.lists() {
+        let leaves = !q.asked.valid || (there && (!some || (i.extent_ready && !more)));
+        if some && i.extent_ready && cfg.shape.lanes > 1 {
             d.lane = lane_after;
         }
 
         // Middle stage: the next word, from the list if there is one.
         let asks = q.fsm == Fsm::Walk;
-        let end = if cfg.lists() { i.occupied } else { i.band.to };
+        let mut end = cfg.words();
+        if cfg.lists() {
+            end = i.occupied;
+        } else if !cfg.is_fixed() {
+            end = cfg.word_of(i.band.to + (cfg.shape.lanes - 1));
+        }
         let left = asks && q.next < end;
         let mut next = Stream { valid: left, payload: q.next };
         if cfg.lists() {
@@ -204,9 +236,15 @@ impl Block for Walk {
             }
             d.lane = 0;
             d.asked = next;
-            if next.valid {
+            if next.valid && !cfg.caches() {
                 o.read.read(next.payload);
             }
+        }
+        o.taken = at_hand && leaves;
+        let asks_ahead = cfg.caches() && asks && i.ready && q.ahead < end;
+        if asks_ahead {
+            o.ahead = Stream::offer(q.ahead);
+            d.ahead = q.ahead + 1;
         }
 
         // First stage: the next place of the list.
@@ -225,7 +263,10 @@ impl Block for Walk {
             Fsm::Idle => {
                 if i.start {
                     d.fsm = Fsm::Walk;
-                    d.next = if cfg.lists() { 0 } else { i.band.from };
+                    let begins_inside = !cfg.lists() && !cfg.is_fixed();
+                    let first = if begins_inside { cfg.word_of(i.band.from) } else { 0 };
+                    d.next = first;
+                    d.ahead = first;
                     d.before = 0;
                 }
             }

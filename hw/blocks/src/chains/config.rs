@@ -4,11 +4,10 @@ use super::release;
 use super::tables::Word;
 use crate::allocator::{self, AllocatorKind, Choice};
 use crate::arbiter::{self, Policy};
-use crate::table_cache;
+use crate::cached_table::{self, Cached};
 use pellucid_machine::Outside;
 use pellucid_machine::choice;
 use pellucid_machine::outside::{self, Table};
-use pellucid_machine::params::{ParamError, power_of_two};
 use pellucid_machine::pixel::Screen;
 use pellucid_sim::{bits_for, check_range};
 
@@ -20,27 +19,6 @@ choice! {
         /// An occupancy bitmap and its summary skip empty pixels, words at a time.
         Bitmap = "bitmap",
     }
-}
-
-choice! {
-    /// Where a table lies.
-    pub enum Place {
-        /// All of it is on chip.
-        OnChip = "on_chip",
-        /// It is in outside memory, and a cache on chip.
-        Cached = "cached",
-    }
-}
-
-/// How much of a table that lies in outside memory is kept on chip: numbers of a [cache](crate::table_cache).
-#[derive(Clone, Copy, Debug)]
-pub struct Cached {
-    /// Sets; a power of two.
-    pub sets: u32,
-    /// Lines of a set; a power of two.
-    pub ways: u32,
-    /// Entries of a line; a power of two.
-    pub line: u32,
 }
 
 /// Where a section that a pixel needs goes in its chain, and what its SSA entry keeps for that.
@@ -117,39 +95,10 @@ pub struct Config {
 /// An SSA table in outside memory, as [`Cached`] asks for it.
 #[derive(Clone, Copy, Debug)]
 pub struct SsaOutside {
-    /// Its words there, an entry each.
-    pub table: outside::Config,
-    /// Words behind its last entry that are in that one's line.
-    pub padding: u32,
-    /// The cache on chip.
-    pub cache: table_cache::Config,
+    /// The table, an entry a word.
+    pub table: cached_table::Shape,
     /// The arbiter between sections and it, where sections lie outside, too.
     pub arbiter: arbiter::Config,
-}
-
-/// What is named where nothing is cached.
-const NO_CACHE: table_cache::Config =
-    table_cache::Config { port: ONE_WORD, sets: 1, ways: 1, line: 1, in_flight: 1, misses: 1 };
-/// What is named where nothing takes turns.
-const NO_TURNS: arbiter::Config = arbiter::Config {
-    words: [1, 0, 0, 0],
-    bits: 1,
-    policy: Policy::RoundRobin,
-    reads_in_flight: 1,
-};
-const ONE_WORD: outside::Config = outside::Config { words: 1, bits: 1 };
-
-impl Cached {
-    /// What `ssa_sets`, `ssa_ways` and `ssa_line` ask for, where `ssa` does.
-    ///
-    /// # Errors
-    /// One of them is no power of two.
-    pub fn of(ssa: Place, sets: u32, ways: u32, line: u32) -> Result<Option<Cached>, ParamError> {
-        for (name, value) in [("ssa_sets", sets), ("ssa_ways", ways), ("ssa_line", line)] {
-            power_of_two(name, value)?;
-        }
-        Ok((ssa == Place::Cached).then_some(Cached { sets, ways, line }))
-    }
 }
 
 impl Config {
@@ -181,26 +130,16 @@ impl Config {
     }
 
     /// The SSA table outside.
-    fn ssa_outside(&self, Cached { sets, ways, line }: Cached) -> SsaOutside {
-        let pixels = self.screen.pixels();
-        let lines = pixels.next_multiple_of(line);
+    fn ssa_outside(&self, cached: Cached) -> SsaOutside {
         let fill = if self.keeps_fill() { self.fill_bits() } else { 0 };
-        let sections = self.section_words();
-        // A cache is no larger than what lies behind it.
-        let words = lines.max(sets * ways * line);
-        let table = outside::Config { words, bits: self.head_bits() + self.tail_bits() + fill };
-        let port = outside::Config { words, bits: table.bits.max(sections.bits) };
-        // What covers a latency of as many cycles as reads are in flight.
-        let reads = self.shape.reads_in_flight;
-        let (in_flight, misses) = (reads + 2 * line, 2 + reads / line);
-        let cache = table_cache::Config { port, sets, ways, line, in_flight, misses };
-        let arbiter = arbiter::Config {
-            words: [sections.words.max(1), words, 0, 0],
-            bits: port.bits,
-            policy: Policy::RoundRobin,
-            reads_in_flight: 2 * reads,
-        };
-        SsaOutside { table, padding: lines - pixels, cache, arbiter }
+        let entry_bits = self.head_bits() + self.tail_bits() + fill;
+        let (sections, reads) = (self.section_words(), self.shape.reads_in_flight);
+        let bits = entry_bits.max(sections.bits);
+        let table = cached.shape(self.screen.pixels(), entry_bits, reads).behind(bits);
+        let words = [sections.words.max(1), table.words().words, 0, 0];
+        let arbiter =
+            arbiter::Config { words, bits, policy: Policy::RoundRobin, reads_in_flight: 2 * reads };
+        SsaOutside { table, arbiter }
     }
 
     /// Bits of a section number, NULL included.
@@ -294,7 +233,7 @@ impl Config {
     #[inline]
     pub fn pixels_ahead(&self) -> u32 {
         // As many as the cache may have been asked for.
-        if self.caches_ssa() { self.ssa_cache().in_flight + 4 } else { 2 }
+        self.ssa.map_or(2, |ssa| ssa.table.ahead())
     }
     /// Fragments in outside memory.
     #[inline]
@@ -329,10 +268,14 @@ impl Config {
     pub fn section_port(&self) -> outside::Config {
         outside::Config { words: self.fragments_outside(), ..self.port() }
     }
-    /// The cache of the SSA table.
+    /// The SSA table, where it lies outside.
     #[inline]
-    pub fn ssa_cache(&self) -> table_cache::Config {
-        self.ssa.map_or(NO_CACHE, |ssa| ssa.cache)
+    pub fn ssa_table(&self) -> cached_table::Config<Config> {
+        cached_table::Config { entry: *self, shape: self.ssa_shape() }
+    }
+    #[inline]
+    pub(super) fn ssa_shape(&self) -> cached_table::Shape {
+        self.ssa.map_or(cached_table::Shape::NONE, |ssa| ssa.table)
     }
     /// Whether sections and the SSA table take turns at the port.
     #[inline]
@@ -342,7 +285,7 @@ impl Config {
     /// The arbiter between sections and the SSA table.
     #[inline]
     pub fn arbiter(&self) -> arbiter::Config {
-        self.ssa.map_or(NO_TURNS, |ssa| ssa.arbiter)
+        self.ssa.map_or(arbiter::Config::NONE, |ssa| ssa.arbiter)
     }
     pub(super) fn head_mask(&self) -> u64 {
         (1 << self.head_bits()) - 1
@@ -353,14 +296,6 @@ impl Config {
     pub(super) fn fill_mask(&self) -> u64 {
         if self.keeps_fill() { (1 << self.fill_bits()) - 1 } else { 0 }
     }
-    /// Words behind the SSA table's last entry that are in its line.
-    #[inline]
-    pub fn ssa_padding(&self) -> u32 {
-        self.ssa.map_or(0, |ssa| ssa.padding)
-    }
-    pub(super) fn ssa_padding_bits(&self) -> u32 {
-        bits_for(u64::from(self.ssa_padding()))
-    }
     fn section_words(&self) -> outside::Config {
         match self.fragments_outside() {
             0 => outside::Config::NONE,
@@ -368,7 +303,7 @@ impl Config {
         }
     }
     fn ssa_words(&self) -> outside::Config {
-        self.ssa.map_or(outside::Config::NONE, |ssa| ssa.table)
+        self.ssa.map_or(outside::Config::NONE, |ssa| ssa.table.words())
     }
     /// The first section outside.
     #[inline]

@@ -40,7 +40,8 @@ pub mod wires;
 
 use crate::allocator::{self, Allocator, Lent};
 use crate::arbiter::{self, Arbiter};
-use crate::table_cache::{self, TableCache};
+use crate::cached_table::{self, CachedTable};
+use crate::table_cache;
 use answers::{Answers, Words};
 use config::Config;
 use count::Count;
@@ -92,20 +93,16 @@ pub struct State<A: Allocator> {
     #[with(*cfg)]
     #[block(ReadBack)]
     pub read_back: read_back::State,
-    /// The cache of the SSA table.
-    #[with(cfg.ssa_cache())]
+    /// The SSA table, where it lies outside.
+    #[with(cfg.ssa_shape())]
     #[exists(cfg.caches_ssa())]
-    #[block(TableCache, cfg.ssa_cache())]
-    pub ssa: table_cache::State,
+    #[block(SsaOutside, cfg.ssa_table())]
+    pub ssa: cached_table::State,
     /// Sections and SSA table take turns at the port.
     #[with(cfg.arbiter())]
     #[exists(cfg.shares())]
     #[block(Turns, cfg.arbiter())]
     pub turns: arbiter::State,
-    /// Words behind the SSA table's last entry that are cleared, so that its last line is whole.
-    #[width(cfg.ssa_padding_bits())]
-    #[exists(cfg.ssa_padding() > 0)]
-    pub padded: u32,
     /// All pixels are written; the last sections may still be on their way back.
     pub written: bool,
 }
@@ -116,10 +113,10 @@ pub struct Mem<A: Allocator> {
     /// See [`ssa`].
     #[block(Ssa, *cfg)]
     pub ssa: ssa::Mem,
-    /// The cache of the SSA table.
-    #[block(TableCache, cfg.ssa_cache())]
+    /// The SSA table, where it lies outside.
+    #[block(SsaOutside, cfg.ssa_table())]
     #[exists(cfg.caches_ssa())]
-    pub ssa_cache: table_cache::Mem,
+    pub ssa_cache: cached_table::Mem,
     /// Whose answers come.
     #[block(Turns, cfg.arbiter())]
     #[exists(cfg.shares())]
@@ -213,6 +210,7 @@ pub struct Out {
     pub wires: Wires,
 }
 
+type SsaOutside = CachedTable<SsaEntry>;
 type Turns = Arbiter;
 
 #[rtl(
@@ -237,9 +235,9 @@ impl<A: Allocator> Block for Chains<A> {
         let mut ready = Store::moore(cfg, &q.store, &m.store).ready;
         let mut clear_ready = true;
         if cfg.caches_ssa() {
-            let ssa = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache);
+            let ssa = SsaOutside::moore(&cfg.ssa_table(), &q.ssa, &m.ssa_cache);
             ready &= ssa.ready;
-            clear_ready = ssa.clear_ready && q.padded == cfg.ssa_padding();
+            clear_ready = ssa.clear_ready;
         }
         let mut asked = 0;
         if cfg.counts_out() {
@@ -257,13 +255,11 @@ impl<A: Allocator> Block for Chains<A> {
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let mut ssa = Ssa::moore(cfg, &(), &m.ssa);
-        let (mut ssa_ready, mut clear_ready) = (true, true);
+        let mut ssa_ready = true;
         if cfg.caches_ssa() {
-            let seen = TableCache::moore(&cfg.ssa_cache(), &q.ssa, &m.ssa_cache);
-            let data = cfg.unpacked_entry(seen.entry.payload.word);
-            ssa = Read { valid: seen.entry.valid, data };
+            let seen = SsaOutside::moore(&cfg.ssa_table(), &q.ssa, &m.ssa_cache);
+            ssa = seen.entry;
             ssa_ready = seen.ready;
-            clear_ready = seen.clear_ready;
         }
         let nsa = Nsa::moore(cfg, &(), &m.nsa);
         let mut occupancy = occupancy::Moore::default();
@@ -382,24 +378,15 @@ impl<A: Allocator> Block for Chains<A> {
                 ask = Stream { valid: taken && !end, payload: item.pixel };
                 write = port::written(store.ssa_write);
             }
-            let null = cfg.packed_entry(SsaEntry::null(cfg));
-            let mut cleared = i.clear.payload;
-            if q.padded < cfg.ssa_padding() {
-                cleared = cfg.screen.pixels() + q.padded;
-                d.padded = q.padded + u32::from(i.clear.valid && clear_ready);
-            }
-            let to_cache = table_cache::In {
+            let to_table = cached_table::In {
                 ask,
                 taken: store.ssa_taken || back.ssa_taken,
-                write: Stream { valid: write.valid, payload: cfg.packed_entry(write.payload) },
-                clear: Stream {
-                    valid: i.clear.valid,
-                    payload: table_cache::Entry { address: cleared, word: null },
-                },
+                write,
+                clear: i.clear,
                 memory: ssa_memory,
             };
             cached =
-                TableCache::next(&cfg.ssa_cache(), &q.ssa, &mut d.ssa, &mut m.ssa_cache, to_cache);
+                SsaOutside::next(&cfg.ssa_table(), &q.ssa, &mut d.ssa, &mut m.ssa_cache, to_table);
             if cfg.shares() {
                 let to_turns = arbiter::In {
                     request: [request, cached.request, Stream::idle(), Stream::idle()],

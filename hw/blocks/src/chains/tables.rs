@@ -1,6 +1,7 @@
 //! The tables of the chains: what a word of each holds.
 
 use super::config::Config;
+use crate::cached_table;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{RGBA_BITS, Z_BITS};
 use pellucid_sim::{Label, Read, Signals, rtl};
@@ -29,25 +30,6 @@ impl Config {
     pub fn is_there(&self, ssa: Read<SsaEntry>) -> bool {
         !self.caches_ssa() || ssa.valid
     }
-    /// An SSA entry as a word of outside memory: its first section lowest, then its last, then how full that is.
-    #[inline(always)]
-    pub fn packed_entry(&self, entry: SsaEntry) -> outside::Word {
-        let (head, tail, fill) =
-            (u64::from(entry.head), u64::from(entry.tail), u64::from(entry.fill));
-        let low = (fill << self.tail_bits() | tail) << self.head_bits() | head;
-        outside::Word { low, high: 0, label: Label::NONE }
-    }
-    /// The SSA entry that a word of outside memory holds.
-    #[inline(always)]
-    pub fn unpacked_entry(&self, word: outside::Word) -> SsaEntry {
-        let (above, beyond) =
-            (word.low >> self.head_bits(), word.low >> self.head_bits() >> self.tail_bits());
-        SsaEntry {
-            head: (word.low & self.head_mask()) as u32,
-            tail: (above & self.tail_mask()) as u32,
-            fill: (beyond & self.fill_mask()) as u32,
-        }
-    }
     /// Whether an entry is that of a pixel without fragments.
     #[inline(always)]
     pub fn is_null(&self, entry: SsaEntry) -> bool {
@@ -69,6 +51,30 @@ impl Config {
         if self.newest_first() { self.shape.capacity - 1 } else { 0 }
     }
 }
+
+#[rtl]
+impl SsaEntry {
+    /// Its first section lowest, then its last, then how full that is.
+    #[inline(always)]
+    fn word(cfg: &Config, entry: SsaEntry) -> outside::Word {
+        let (head, tail, fill) =
+            (u64::from(entry.head), u64::from(entry.tail), u64::from(entry.fill));
+        let low = (fill << cfg.tail_bits() | tail) << cfg.head_bits() | head;
+        outside::Word { low, high: 0, label: Label::NONE }
+    }
+    #[inline(always)]
+    fn of_word(cfg: &Config, word: outside::Word) -> SsaEntry {
+        let (above, beyond) =
+            (word.low >> cfg.head_bits(), word.low >> cfg.head_bits() >> cfg.tail_bits());
+        SsaEntry {
+            head: (word.low & cfg.head_mask()) as u32,
+            tail: (above & cfg.tail_mask()) as u32,
+            fill: (beyond & cfg.fill_mask()) as u32,
+        }
+    }
+}
+
+cached_table::entry!(SsaEntry, Config, SsaEntry::null);
 
 /// A word of the NSA (next-section address) table: what follows a section.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]

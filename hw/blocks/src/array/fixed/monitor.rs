@@ -1,10 +1,11 @@
 //! Watches the fixed arrays: counts what they do and holds their streams to their rules.
 
 use super::{Config, Wires};
+use crate::array::monitor::counter_lines;
 use crate::array::walk::Extent;
 use pellucid_machine::outside::Request;
 use pellucid_machine::pixel::{Arrived, Marked};
-use pellucid_machine::{Memories, Seen, seen};
+use pellucid_machine::{Check, Memories, Seen, Tally, seen};
 use pellucid_sim::{StreamMonitor, Violation};
 
 pellucid_sim::counters! {
@@ -24,6 +25,12 @@ pellucid_sim::counters! {
         fragments_read_again: "fragments",
         /// Stored fragments that a later opaque one hid, found out as they were read back.
         culled_late: "fragments",
+        /// Words of counters that were in their cache or on their way (counters=cached).
+        counter_hits: "words",
+        /// Those that were not.
+        counter_misses: "words",
+        /// Words of counters written back to outside memory.
+        counters_written_back: "words",
     }
 }
 
@@ -83,6 +90,9 @@ impl FixedMonitor {
         own.fragments_read += u64::from(e.read && !e.read_again);
         own.fragments_read_again += u64::from(e.read && e.read_again);
         own.culled_late += u64::from(e.culled_late);
+        own.counter_hits += u64::from(e.counters.hit);
+        own.counter_misses += u64::from(e.counters.miss);
+        own.counters_written_back += u64::from(e.counters.write_back);
         // What a play has stored lies there until the frame comes again or is done.
         if e.again || frame_done {
             let Held { on_chip, outside } = std::mem::take(&mut self.held);
@@ -98,6 +108,25 @@ impl FixedMonitor {
     /// The streams between the blocks.
     pub fn streams(&self) -> [Seen; 3] {
         [seen(&self.extent), seen(&self.arrived), seen(&self.request)]
+    }
+
+    /// What the counters must have been asked for, and have moved, if `frames` were resolved and none was played again.
+    pub fn table_forms(cfg: &Config, tally: &Tally, frames: u64) -> Vec<Check> {
+        let arrays = &cfg.arrays;
+        if !arrays.caches() {
+            return vec![];
+        }
+        let mut checks = vec![counter_lines(arrays, tally)];
+        if tally.figure("rebuilds") == 0 {
+            checks.push(Check {
+                what: "words of counters asked for, one for each fragment, and all to resolve",
+                expected: tally.figure("fragments_written")
+                    + tally.fragments.dropped
+                    + frames * u64::from(arrays.words()),
+                found: tally.figure("counter_hits") + tally.figure("counter_misses"),
+            });
+        }
+        checks
     }
 
     /// Says of the slots how many of them were in use. Of counters every word means something from the start.

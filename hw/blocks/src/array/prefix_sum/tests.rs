@@ -14,6 +14,8 @@ fn nothing() -> In {
     In {
         start: false,
         counts: Read::default(),
+        sums: Read::default(),
+        ready: true,
         index_read: ReadPort::default(),
         walk_read: ReadPort::default(),
         occupied_read: ReadPort::default(),

@@ -83,6 +83,7 @@ impl Bench {
                 word: self.list.q(),
                 counts: self.counts.q(),
                 sums: self.sums.q(),
+                ready: true,
                 extent_ready: ready.at(cycle),
             };
             let out = self.sim.clock(i).unwrap().out;
