@@ -1,7 +1,11 @@
 //! `pellucid reproduce`: a seed document's comparison, made again.
 
+mod claims;
 mod composer;
 mod dfb;
+mod frames;
+mod kept;
+mod results;
 mod tbuffer;
 
 use super::{finished, passes, say};
@@ -12,12 +16,17 @@ use indicatif::MultiProgress;
 use pellucid_hw::architecture;
 use pellucid_machine::{Model, architecture as parameters};
 use pellucid_testbench::progress::Progress;
+use pellucid_testbench::report::grouped;
 use pellucid_testbench::scene::{Options, built_in};
 use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, Trial};
 use rayon::prelude::*;
+use serde_json::json;
 use std::path::PathBuf;
 use tbuffer::{Frame, Reproduction};
+
+/// Where pages and figures are, if nothing else is said.
+const FOLDER: &str = "pellucid-reproduce";
 
 /// The machines, as the document describes them.
 const MACHINES: [(&str, &str); 3] =
@@ -53,6 +62,18 @@ pub(super) struct ReproduceArgs {
     /// Show no sign of progress
     #[arg(long, short)]
     quiet: bool,
+}
+
+impl ReproduceArgs {
+    /// The folder for pages, figures and runs.
+    fn out(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| PathBuf::from(FOLDER))
+    }
+}
+
+/// A number as people read it.
+fn number(n: u64) -> String {
+    grouped(&json!(n))
 }
 
 /// Reproduces; whether all comes out.

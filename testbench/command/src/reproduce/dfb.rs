@@ -3,23 +3,21 @@
 mod claims;
 mod contender;
 mod figures;
-mod frames;
+mod need;
 mod page;
 mod plan;
 mod runs;
 
 use super::ReproduceArgs;
-use crate::{quoted, say, tell};
+use super::kept::Kept;
+use super::results::Results;
+use crate::{quoted, tell};
 use anyhow::bail;
 use claims::claims;
-use pellucid_testbench::output::{OutputError, OutputFolder, put};
+use pellucid_testbench::output::OutputFolder;
 use pellucid_testbench::scene::Options;
 use pellucid_testbench::source::Source;
-use runs::{Entry, Outcome, Runs};
-use std::path::{Path, PathBuf};
-
-/// Where the figures are, if nothing else is said.
-const FOLDER: &str = "pellucid-reproduce";
+use runs::{Entry, Outcome};
 
 /// Plays everything and leaves the figures; whether every image is right and every count its closed form.
 pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
@@ -32,17 +30,13 @@ pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
             "--scene {name}: expected a mesh, `glass`, `teapot` or `plant`, round which a camera can go"
         );
     }
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(FOLDER));
+    let out = args.out();
     let _folder = OutputFolder::claim(&out)?;
     let plan = plan::plan(&sizes, mesh);
-    let runs = Runs::new(&out, &plan, args.quiet);
-    let Some(entries) = runs.play()? else { return Ok(false) };
-    if runs.kept() > 0 && !args.quiet {
-        let (kept, folder) = (runs.kept(), runs.folder().display());
-        tell(&format!(
-            "note: {kept} runs are those of an earlier time; without `{folder}` they are made again"
-        ));
-    }
+    let runs = plan.iter().map(|planned| planned.contenders.len() as u64).sum();
+    let kept = Kept::new(&out, runs, args.quiet);
+    let Some(entries) = runs::play(&plan, &kept)? else { return Ok(false) };
+    kept.note();
     let inexact: Vec<String> = entries.iter().flat_map(inexact).collect();
     inexact.iter().for_each(|sentence| tell(&format!("error: {sentence}")));
     let exact = inexact.is_empty();
@@ -56,23 +50,22 @@ pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
         command += &format!(" --scene {}", quoted(mesh));
     }
     let json = figures::json(&command, &entries, &claims);
-    let path = out.join("dfb.html");
-    let page = page::page(&command, &sizes, &entries, &claims);
-    put(&path, &page.map_err(|error| OutputError::write(&path, &error))?)?;
-    put(&out.join("dfb.json"), &format!("{json:#}\n"))?;
-    put(&out.join("dfb.csv"), &figures::csv(&entries))?;
-    if args.json {
-        say(&format!("{json:#}\n"))?;
-    } else {
-        say(&format!("{}\n{}", figures::text(&entries, &claims), files(&out, exact)))?;
-    }
+    let results = Results {
+        name: "dfb",
+        page: page::page(&command, &sizes, &entries, &claims),
+        csv: figures::csv(&entries),
+        text: figures::text(&entries, &claims),
+        json,
+        exact,
+    };
+    results.leave(&out, args.json)?;
     Ok(exact)
 }
 
 /// What is wrong with the memory that machines have counted, by the paper's formulas: a machine that is given no more than it
 /// needs uses all of it. In a list frames that were sent again meet final depths, so that it may need less.
 fn inexact(entry: &Entry) -> Vec<String> {
-    let machines = entry.frames.contenders.iter().zip(&entry.outcomes);
+    let machines = entry.contenders.iter().zip(&entry.outcomes);
     let wrong = machines.filter_map(|(machine, outcome)| {
         let Outcome::Run(run) = outcome else { return None };
         let (found, expected) = (run.bytes, machine.bytes(&entry.need));
@@ -83,22 +76,4 @@ fn inexact(entry: &Entry) -> Vec<String> {
             .then(|| format!("{name} on {frames}: {found} bytes, expected {expected}"))
     });
     wrong.collect()
-}
-
-/// Whether all is right, and where everything is.
-fn files(out: &Path, exact: bool) -> String {
-    let mut text = String::from(if exact {
-        "Every image is right, and every count its closed form.\n\n"
-    } else {
-        "Not every count is its closed form: see what is said on standard error.\n\n"
-    });
-    for (name, what) in [
-        ("dfb.html", "the paper's figures with plots, for a browser"),
-        ("dfb.json", "the same for programs, with the command of every run"),
-        ("dfb.csv", "every run and each of its frames as a table"),
-        ("runs", "what every run counted; what is there is not run again"),
-    ] {
-        text += &format!("  {:32} {what}\n", out.join(name).display());
-    }
-    text
 }

@@ -1,6 +1,7 @@
 //! The machines of the comparison, each with the memory that it is given.
 
-use super::frames::Need;
+use super::need::Need;
+use crate::reproduce::kept::Machine;
 
 /// A machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,8 +10,7 @@ pub struct Contender {
     pub name: &'static str,
     /// The architecture.
     pub arch: &'static str,
-    /// The preset.
-    pub preset: &'static str,
+    preset: &'static str,
     memory: Memory,
 }
 
@@ -100,8 +100,19 @@ impl Contender {
         (self.bytes(need) > MEMORY).then_some("more than 1.5 GB")
     }
 
+    /// As it is asked for where frames need this.
+    pub fn machine(self, need: &Need) -> Machine {
+        let settings = self.settings(need).into_iter();
+        Machine {
+            name: self.name.to_string(),
+            arch: self.arch,
+            preset: Some(self.preset),
+            settings: settings.map(|(name, value)| (name, value.to_string())).collect(),
+        }
+    }
+
     /// The parameters that give it that memory, all of it on chip.
-    pub fn settings(self, need: &Need) -> Vec<(&'static str, u64)> {
+    fn settings(self, need: &Need) -> Vec<(&'static str, u64)> {
         let Need { pixels, fragments, layers, pages } = *need;
         let slots = |n: u64| vec![("fragments", n.max(1)), ("outside_fragments", 0)];
         let lists = |begin: u64, k: usize| {
@@ -125,7 +136,7 @@ impl Contender {
 
 /// Fragments of a page.
 fn page(k: usize) -> u64 {
-    super::frames::PAGES[k].into()
+    super::need::PAGES[k].into()
 }
 
 #[cfg(test)]

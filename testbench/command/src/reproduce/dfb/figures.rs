@@ -1,14 +1,15 @@
 //! The figures as text, JSON and CSV.
 
-use super::claims::Claim;
 use super::contender::{
     B3D, Contender, DFB, DFB_BANDS, DFB_PAPER, DX, PLL, PLL_ENOUGH, PPLL4, PPLL4_ENOUGH,
 };
 use super::plan::{Figure, MANAGED};
 use super::runs::{Cycles, Entry, Outcome, PHASES, Played};
+use crate::reproduce::claims::{self, Claim};
+use crate::reproduce::number;
 use comfy_table::{Table, presets};
 use pellucid_testbench::plots::FiveNumbers;
-use pellucid_testbench::report::{align_right, at_margin, csv_text, grouped};
+use pellucid_testbench::report::{align_right, at_margin, csv_text};
 use serde_json::{Map, Value as Json, json};
 
 /// Table I of the paper: frames a second on a GeForce GTX 580, for each of its resolutions; the machines in its order.
@@ -21,11 +22,6 @@ const PRINTED: [(u32, [u32; 5]); 3] = [
 const COLUMNS: [Contender; 5] = [B3D, DFB, PPLL4, PLL, DX];
 /// The columns here: DFB as the paper describes it stands beside the fast one.
 const TABLE: [Contender; 6] = [B3D, DFB, DFB_PAPER, PPLL4, PLL, DX];
-
-/// A number as people read it.
-pub fn number(n: u64) -> String {
-    grouped(&json!(n))
-}
 
 /// Rows of Table I: cycles of a frame, and how much slower than DFB that is; after the printed ones.
 pub fn table(entries: &[Entry]) -> Vec<Vec<String>> {
@@ -97,24 +93,18 @@ pub fn five_numbers(values: impl IntoIterator<Item = u64>) -> Option<FiveNumbers
 }
 
 /// Everything as text: Table I, and the claims.
-pub fn text(entries: &[Entry], claims: &[Claim]) -> String {
+pub fn text(entries: &[Entry], said: &[Claim]) -> String {
     let mut tables = Table::new();
     tables.load_style(presets::NOTHING);
     for row in table(entries) {
         tables.add_row(row);
     }
     align_right(&mut tables, &[1, 2, 3, 4, 5, 6]);
-    let mut text = format!(
-        "TABLE I, in brackets the speed against DFB (here: against dfb:fast)\n{}\nWHAT THE PAPER SAYS\n",
-        at_margin(&tables.to_string())
-    );
-    for claim in claims {
-        text += &format!("- {}.\n  {}.\n", claim.sentence, claim.words());
-        if let Some(objection) = claim.objection() {
-            text += &format!("  {objection}\n");
-        }
-    }
-    text
+    format!(
+        "TABLE I, in brackets the speed against DFB (here: against dfb:fast)\n{}\n{}",
+        at_margin(&tables.to_string()),
+        claims::text(said)
+    )
 }
 
 fn phases(cycles: &Cycles) -> Json {
@@ -148,7 +138,7 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
         json!({ "width": side, "height": side, "frames_per_second": rates })
     });
     let frames = entries.iter().map(|entry| {
-        let machines = entry.frames.contenders.iter().zip(&entry.outcomes);
+        let machines = entry.contenders.iter().zip(&entry.outcomes);
         let machines: Vec<Json> = machines
             .map(|(machine, outcome)| {
                 let mut object =
@@ -208,7 +198,7 @@ pub fn csv(entries: &[Entry]) -> String {
         let (figure, count) = (figure(entry.figure), entry.frames.count());
         let scene = csv_text(&entry.frames.scene);
         let key = format!("{figure},{scene},{width},{height},{instances},{count}");
-        for (machine, outcome) in entry.frames.contenders.iter().zip(&entry.outcomes) {
+        for (machine, outcome) in entry.contenders.iter().zip(&entry.outcomes) {
             let (name, bytes) = (machine.name, machine.bytes(&entry.need));
             let run = match outcome {
                 Outcome::Run(run) => run,

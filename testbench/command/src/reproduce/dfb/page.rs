@@ -1,10 +1,11 @@
 //! The figures as a page.
 
-use super::claims::Claim;
 use super::contender::{Contender, RIVALS};
-use super::figures::{MANAGEMENT, five_numbers, management, number, table};
+use super::figures::{MANAGEMENT, five_numbers, management, table};
 use super::plan::{Figure, MANAGED, NUMBERS, Sizes};
 use super::runs::Entry;
+use crate::reproduce::claims::{self, Claim};
+use crate::reproduce::number;
 use pellucid_testbench::html::{escaped, legend, page as whole, plot, shades};
 use pellucid_testbench::plots::{boxes, groups, lines};
 use std::io;
@@ -16,17 +17,12 @@ const LAYERS: [usize; 6] = [0, 10, 20, 50, 100, 200];
 ///
 /// # Errors
 /// A plot cannot be drawn.
-pub fn page(
-    command: &str,
-    sizes: &Sizes,
-    entries: &[Entry],
-    claims: &[Claim],
-) -> io::Result<String> {
+pub fn page(command: &str, sizes: &Sizes, entries: &[Entry], said: &[Claim]) -> io::Result<String> {
     let about = "The figures of <em>Memory-efficient order-independent transparency with Dynamic Fragment Buffer</em> (M. Maule, \
                  J. Comba, R. Torchelsen and R. Bastos, 2012), made again with clocked machines: cycles where the paper has \
                  frames a second of a graphics card of 2011. Every image was equal to the golden model's. All fragments are on \
                  chip, a word a cycle; memory is as the paper counts it.";
-    let mut body = said(claims);
+    let mut body = claims::html(said);
     body += &table_1(entries);
     body += &quads(sizes, entries)?;
     body += &walks(sizes, entries)?;
@@ -36,22 +32,6 @@ pub fn page(
 
 fn names() -> impl Iterator<Item = &'static str> {
     RIVALS.iter().map(|machine| machine.name)
-}
-
-fn said(claims: &[Claim]) -> String {
-    let mut text = String::from(
-        "<h2>What the paper says</h2>\n<table>\n<tr><th>claim</th><th>here</th></tr>\n",
-    );
-    for claim in claims {
-        let objection = claim.objection().map(|why| format!("<small>{}</small>", escaped(why)));
-        text += &format!(
-            "<tr><td>{}{}</td><td>{}</td></tr>\n",
-            escaped(claim.sentence),
-            objection.unwrap_or_default(),
-            escaped(&claim.words()).replace("; ", "<br/>")
-        );
-    }
-    text + "</table>\n"
 }
 
 fn table_1(entries: &[Entry]) -> String {

@@ -3,7 +3,7 @@
 use super::contender::{
     B3D, Contender, DFB, DFB_BANDS, DFB_PAPER, DX, PLL, PLL_ENOUGH, PPLL4, PPLL4_ENOUGH, RIVALS,
 };
-use super::frames::Frames;
+use crate::reproduce::frames::Frames;
 use pellucid_testbench::scene::{CameraPath, Walk};
 
 /// What frames are for.
@@ -17,6 +17,16 @@ pub enum Figure {
     Walk(u32),
     /// Figure 8: a walk through the power plant.
     Tour,
+}
+
+/// Frames, what they are for, and the machines that play them.
+pub struct Planned {
+    /// What they are for.
+    pub figure: Figure,
+    /// The frames.
+    pub frames: Frames,
+    /// The machines.
+    pub contenders: Vec<Contender>,
 }
 
 /// Quads on top of each other, and models side by side.
@@ -62,18 +72,23 @@ pub const FULL: Sizes = Sizes {
 };
 
 /// Everything, with the mesh in Table I and Figure 7 if one is given.
-pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<(Figure, Frames)> {
-    let frames = |scene: &str, side, contenders: &[Contender]| Frames {
+pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<Planned> {
+    let frames = |scene: &str, side| Frames {
         scene: scene.to_string(),
         screen: (side, side),
         instances: None,
+        camera: None,
         walk: None,
+    };
+    let planned = |figure, frames, contenders: &[Contender]| Planned {
+        figure,
+        frames,
         contenders: contenders.to_vec(),
     };
     let mut all = vec![];
     for side in sizes.sides {
         let contenders = [B3D, DFB, DFB_PAPER, PPLL4, PLL, DX];
-        all.push((Figure::Table, frames(mesh.unwrap_or("teapot"), side, &contenders)));
+        all.push(planned(Figure::Table, frames(mesh.unwrap_or("teapot"), side), &contenders));
     }
     for number in NUMBERS {
         for side in sizes.sides {
@@ -84,19 +99,20 @@ pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<(Figure, Frames)> {
                 }
                 let scene = format!("quads-{number}-{percent}");
                 let figure = Figure::Quads(number, *percent);
-                all.push((figure, frames(&scene, side, &contenders)));
+                all.push(planned(figure, frames(&scene, side), &contenders));
             }
         }
     }
     for number in NUMBERS {
         for side in sizes.sides {
             let walk = Some(Walk { path: CameraPath::Orbit, frames: sizes.walk });
-            let one = frames(mesh.unwrap_or(sizes.model), side, &RIVALS);
-            all.push((Figure::Walk(number), Frames { instances: Some(number), walk, ..one }));
+            let one = frames(mesh.unwrap_or(sizes.model), side);
+            let several = Frames { instances: Some(number), walk, ..one };
+            all.push(planned(Figure::Walk(number), several, &RIVALS));
         }
     }
     let walk = Some(Walk { path: CameraPath::Ellipse, frames: sizes.tour });
-    let tour = frames("plant", 0, &RIVALS);
-    all.push((Figure::Tour, Frames { screen: sizes.tour_screen, walk, ..tour }));
+    let tour = Frames { screen: sizes.tour_screen, walk, ..frames("plant", 0) };
+    all.push(planned(Figure::Tour, tour, &RIVALS));
     all
 }

@@ -1,9 +1,10 @@
 //! Each claim on frames for which it is plain whether it holds.
 
-use super::super::frames::Frames;
 use super::super::runs::Outcome;
 use super::*;
+use crate::reproduce::frames::Frames;
 use pellucid_testbench::scene::{CameraPath, Walk};
+use serde_json::{Value as Json, json};
 
 /// Frames that need this much, on a screen of 100 pixels.
 fn entry(figure: Figure, need: Need, runs: &[(Contender, Json)]) -> Entry {
@@ -16,10 +17,11 @@ fn entry(figure: Figure, need: Need, runs: &[(Contender, Json)]) -> Entry {
         scene: "a scene".to_string(),
         screen: (10, 10),
         instances: None,
+        camera: None,
         walk: matches!(figure, Figure::Walk(_) | Figure::Tour).then_some(walk),
-        contenders: runs.iter().map(|(machine, _)| *machine).collect(),
     };
-    Entry { figure, frames, need, outcomes: outcomes.collect() }
+    let contenders = runs.iter().map(|(machine, _)| *machine).collect();
+    Entry { figure, frames, need, contenders, outcomes: outcomes.collect() }
 }
 
 const NEED: Need = Need { pixels: 100, fragments: 200, layers: 4, pages: [200, 80] };
