@@ -52,7 +52,7 @@ pub fn escaped(text: &str) -> String {
 ///
 /// # Errors
 /// The picture cannot be encoded.
-pub(crate) fn figure(image: &Image, caption: &str) -> io::Result<String> {
+pub fn figure(image: &Image, caption: &str) -> io::Result<String> {
     let data = STANDARD.encode(image.png()?);
     let caption = escaped(caption);
     Ok(format!(

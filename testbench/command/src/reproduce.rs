@@ -3,6 +3,7 @@
 mod claims;
 mod composer;
 mod dfb;
+mod fbuffer;
 mod frames;
 mod kept;
 mod results;
@@ -40,20 +41,22 @@ enum What {
     Composer,
     /// Cycles and memory of the Dynamic Fragment Buffer, fixed arrays and linked lists, by the Dynamic Fragment Buffer paper
     Dfb,
+    /// Windows, submissions and cycles of shading in several passes, by the F-buffer paper
+    Fbuffer,
 }
 
 #[derive(Args)]
 pub(super) struct ReproduceArgs {
     /// Which comparison
     what: What,
-    /// The paper's sizes instead of small ones: takes hours; what is stopped goes on where it was (dfb)
+    /// The paper's sizes instead of small ones: takes hours; what is stopped goes on where it was (dfb, fbuffer)
     #[arg(long)]
     full: bool,
     /// A mesh (.obj, .ply, .ply.gz, .gltf, .glb) or scene for the figures that show one model (dfb) [default: `teapot`; for the
     /// walks of --full `plant`]
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// The folder for pages, figures and runs (dfb) [default: pellucid-reproduce]
+    /// The folder for pages, figures and runs (dfb, fbuffer) [default: pellucid-reproduce]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print as JSON
@@ -78,18 +81,19 @@ fn number(n: u64) -> String {
 
 /// Reproduces; whether all comes out.
 pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
-    if !matches!(args.what, What::Dfb) {
-        let given = [
-            ("--full", args.full),
-            ("--scene", args.scene.is_some()),
-            ("--out", args.out.is_some()),
-        ];
-        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
-            bail!("{option}: is for `reproduce dfb`; the others have one size and leave no files");
-        }
+    let leaves_files = matches!(args.what, What::Dfb | What::Fbuffer);
+    if !leaves_files && (args.full || args.out.is_some()) {
+        let option = if args.full { "--full" } else { "--out" };
+        bail!(
+            "{option}: is for `reproduce dfb` and `reproduce fbuffer`; the others have one size and leave no files"
+        );
+    }
+    if args.scene.is_some() && !matches!(args.what, What::Dfb) {
+        bail!("--scene: is for `reproduce dfb`; the others have scenes of their own");
     }
     match args.what {
         What::Dfb => dfb::reproduce(args),
+        What::Fbuffer => fbuffer::reproduce(args),
         What::Tbuffer => tbuffer(args),
         What::Composer => composer(args),
     }

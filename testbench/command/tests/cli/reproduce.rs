@@ -66,7 +66,7 @@ fn an_unknown_comparison_is_refused() {
     let output = pellucid(folder.path(), &["reproduce", "paper"]);
     let said = stderr(&output);
     assert!(said.starts_with("error: invalid value 'paper' for '<WHAT>'\n"), "{said}");
-    assert!(said.contains("[possible values: tbuffer, composer, dfb]"), "{said}");
+    assert!(said.contains("[possible values: tbuffer, composer, dfb, fbuffer]"), "{said}");
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -172,11 +172,7 @@ fn the_dynamic_fragment_buffers_figures_come_out() {
     // What is there is kept, but for what is damaged or of something else; the figures are the same.
     let out = folder.path().join("pellucid-reproduce");
     let files = ["dfb.html", "dfb.json", "dfb.csv"].map(|name| fs::read(out.join(name)).unwrap());
-    let page = String::from_utf8(files[0].clone()).unwrap();
-    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
-    let page = roxmltree::Document::parse_with_options(&page, options).unwrap();
-    let plots = page.descendants().filter(|node| node.has_tag_name("svg")).count();
-    assert_eq!(plots, 9 + 6 + 2 * 3 + 1);
+    assert_eq!(elements(&files[0], "svg"), 9 + 6 + 2 * 3 + 1);
     let run = |name: &str| out.join("runs/scene-quads-1-10-width-80-height-80").join(name);
     fs::write(run("pll.json"), "{").unwrap();
     let change = |name: &str, what: &str, to: &str| {
@@ -199,6 +195,14 @@ fn the_dynamic_fragment_buffers_figures_come_out() {
     assert!(files == again);
 }
 
+/// How many elements of that name a page has.
+fn elements(page: &[u8], name: &str) -> usize {
+    let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    let page = str::from_utf8(page).unwrap();
+    let page = roxmltree::Document::parse_with_options(page, options).unwrap();
+    page.descendants().filter(|node| node.has_tag_name(name)).count()
+}
+
 #[test]
 fn what_is_asked_of_another_comparison_is_refused() {
     let folder = folder();
@@ -209,7 +213,11 @@ fn what_is_asked_of_another_comparison_is_refused() {
     };
     assert_eq!(
         said(&["tbuffer", "--full"]),
-        "error: --full: is for `reproduce dfb`; the others have one size and leave no files\n"
+        "error: --full: is for `reproduce dfb` and `reproduce fbuffer`; the others have one size and leave no files\n"
+    );
+    assert_eq!(
+        said(&["fbuffer", "--scene", "glass"]),
+        "error: --scene: is for `reproduce dfb`; the others have scenes of their own\n"
     );
     assert_eq!(said(&["dfb", "--scene", "none.ply"]), "error: none.ply: no such file\n");
     assert!(said(&["dfb", "--scene", "glas"]).contains("did you mean `glass`?"));
@@ -217,4 +225,38 @@ fn what_is_asked_of_another_comparison_is_refused() {
         said(&["dfb", "--scene", "quads-1-50"]),
         "error: --scene quads-1-50: expected a mesh, `glass`, `teapot` or `plant`, round which a camera can go\n"
     );
+}
+
+/// Windows and submissions from what a frame has, and the numbers that are printed.
+#[test]
+fn the_f_buffers_counts_come_out() {
+    let folder = folder();
+    let output = exact(pellucid(folder.path(), &["reproduce", "fbuffer", "--json", "--quiet"]));
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
+    let number = |value: &Value| value.as_u64().unwrap();
+    let mut printed = vec![];
+    for frames in json["frames"].as_array().unwrap() {
+        let vertices = match frames["scene"].as_str().unwrap() {
+            "sphere-12288" => 12_288,
+            "sphere-196608" => 196_608,
+            _ => 6,
+        };
+        for run in frames["runs"].as_array().unwrap() {
+            let places = number(&run["size"]).pow(2);
+            let fragments = number(&run["fragments"]);
+            let submissions = 3 * fragments.div_ceil(places);
+            assert_eq!(number(&run["submissions"]["counted"]), submissions);
+            assert_eq!(number(&run["vertices"]), vertices * submissions);
+            assert_eq!(number(&run["shaded"]), 3 * fragments);
+            assert_eq!(number(&run["bytes"]), 16 * number(&run["targets"]) * places);
+            if let Some(n) = run["submissions"]["printed"].as_u64() {
+                assert_eq!(n, submissions);
+                printed.push(n);
+            }
+        }
+    }
+    assert_eq!(printed, [69, 489, 33, 33]);
+    let page = fs::read(folder.path().join("pellucid-reproduce/fbuffer.html")).unwrap();
+    // Figure 2's five pictures and Figure 4's plot.
+    assert_eq!((elements(&page, "img"), elements(&page, "svg")), (5, 1));
 }

@@ -1,0 +1,95 @@
+//! Figure 2: a triangle, and what lies where in F-buffers of several sizes once its fragments have come.
+
+use crate::reproduce::frames::Frames;
+use pellucid_machine::pixel::Fragment;
+use pellucid_testbench::image::Image;
+use pellucid_testbench::source::SourceError;
+
+/// What a place shows that has no fragment.
+const FREE: u32 = 0xd8_d8_d8;
+/// Sides of the buffers.
+const SIZES: [u32; 4] = [64, 128, 256, 512];
+/// The side of the screen.
+const SIDE: u32 = 512;
+
+/// A picture of the figure.
+pub struct Picture {
+    /// What it shows.
+    pub caption: String,
+    /// It.
+    pub image: Image,
+    /// Fragments in it.
+    pub used: usize,
+    /// Places that it has.
+    pub places: usize,
+}
+
+/// The triangle, and what each buffer holds of it.
+///
+/// # Errors
+/// The scene cannot be opened.
+pub fn pictures() -> anyhow::Result<Vec<Picture>> {
+    let frames = Frames {
+        scene: "rainbow".to_string(),
+        screen: (SIDE, SIDE),
+        instances: None,
+        camera: None,
+        walk: None,
+    };
+    let mut fragments: Vec<Fragment> = vec![];
+    frames.open()?.play_fragments(&mut |fragment| {
+        fragments.push(fragment);
+        Ok::<(), SourceError>(())
+    })?;
+    let screen = |fragment: &Fragment| fragment.y * SIDE + fragment.x;
+    let triangle = placed(SIDE, fragments.iter().map(|f| (screen(f), f.rgba)));
+    let caption = format!("The triangle, {} fragments on {SIDE}x{SIDE} pixels", fragments.len());
+    let mut all = vec![Picture { caption, ..triangle }];
+    for size in SIZES {
+        let first = fragments.iter().take((size * size) as usize);
+        let buffer = placed(size, (0..).zip(first).map(|(place, f)| (place, f.rgba)));
+        let caption = format!(
+            "{size}x{size}: {} of {} fragments, in {} places",
+            buffer.used,
+            fragments.len(),
+            buffer.places
+        );
+        all.push(Picture { caption, ..buffer });
+    }
+    Ok(all)
+}
+
+/// A square of this side with colours, `0xRRGGBBAA`, at some of its places, row by row.
+fn placed(side: u32, colours: impl Iterator<Item = (u32, u32)>) -> Picture {
+    let places = (side * side) as usize;
+    let mut pixels = vec![FREE; places];
+    let mut used = 0;
+    for (place, rgba) in colours {
+        pixels[place as usize] = rgba >> 8;
+        used += 1;
+    }
+    let image = Image { width: side, height: side, pixels };
+    Picture { caption: String::new(), image, used, places }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The paper: 4096 fragments at 64x64, more at 128x128, all with a little to spare at 256x256, and much at 512x512.
+    #[test]
+    fn buffers_hold_what_the_paper_says() {
+        let used: Vec<_> = pictures().unwrap().iter().map(|p| (p.used, p.places)).collect();
+        let all = used[0].0;
+        assert!(1 << 14 < all && all < 1 << 16);
+        let expected = [(all, 1 << 18), (1 << 12, 1 << 12), (1 << 14, 1 << 14)];
+        assert_eq!(used, [&expected[..], &[(all, 1 << 16), (all, 1 << 18)]].concat());
+    }
+
+    /// Row by row from the upper left, as fragments come; the rest is free.
+    #[test]
+    fn places_are_filled_in_order() {
+        let picture = placed(2, [(0, 0x01_02_03_ff), (1, 0x04_05_06_80)].into_iter());
+        assert_eq!(picture.image.pixels, [0x01_02_03, 0x04_05_06, FREE, FREE]);
+    }
+}
