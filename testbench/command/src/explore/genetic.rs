@@ -135,15 +135,16 @@ fn sorted(members: Vec<Member>) -> Vec<Member> {
 fn by_room(front: Vec<Member>) -> Vec<Member> {
     let values: Vec<&Vec<f64>> = front.iter().filter_map(|(_, values)| values.as_ref()).collect();
     let mut room = vec![0.0; front.len()];
-    for k in 0..values.first().map_or(0, |first| first.len()) {
+    for objective in 0..values.first().map_or(0, |first| first.len()) {
+        let of = |member: usize| values[member][objective];
         let mut order: Vec<usize> = (0..front.len()).collect();
-        order.sort_by(|a, b| values[*a][k].total_cmp(&values[*b][k]));
+        order.sort_by(|a, b| of(*a).total_cmp(&of(*b)));
         let (first, last) = (order[0], order[order.len() - 1]);
-        let range = values[last][k] - values[first][k];
+        let range = of(last) - of(first);
         room[first] = f64::INFINITY;
         room[last] = f64::INFINITY;
         for three in order.windows(3) {
-            let apart = values[three[2]][k] - values[three[0]][k];
+            let apart = of(three[2]) - of(three[0]);
             room[three[1]] += if range > 0.0 { apart / range } else { 0.0 };
         }
     }
