@@ -31,11 +31,6 @@ impl Technology {
         Ok(Technology { table: table.name.clone(), node: table.node(nm)?.clone() })
     }
 
-    /// The node, nm.
-    pub fn nm(&self) -> u32 {
-        self.node.nm
-    }
-
     /// Its name with that of the table.
     pub fn name(&self) -> String {
         format!("{}, {} nm", self.table, self.node.nm)

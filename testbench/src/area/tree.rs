@@ -31,9 +31,7 @@ fn joined(path: &str, below: &str) -> String {
 
 impl Tree {
     pub fn new(machine: &Module) -> Tree {
-        let mut tree = Tree { places: vec![] };
-        tree.lay_out(machine, "", String::new(), &mut |_, _| {});
-        tree
+        Tree::with_memories(machine, &mut |_, _| {})
     }
 
     /// The same, and tells `see` of every memory, with the number of the place that it stands in.

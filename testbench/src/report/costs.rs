@@ -15,6 +15,15 @@ const TIME_ERROR: &str = "up to 16 % between points of the table; logic and wire
 const CLOCK_ERROR: &str = "nothing says that a given clock is kept; else up to 16 % between points of the table, and logic and wires may be slower";
 const OUTSIDE_ERROR: &str = "currents are the most that a data sheet allows: real devices were measured far below; no wires";
 
+/// What the figures of a DRAM's energy are called here.
+const OUTSIDE: [(&str, &str); 5] = [
+    ("activates", "outside_activates"),
+    ("reads", "outside_reads"),
+    ("writes", "outside_writes"),
+    ("refreshes", "outside_refreshes"),
+    ("background", "outside_background"),
+];
+
 /// What each memory on the chip has beside its counts.
 pub(super) const MEMORY_FIELDS: [(&str, &str, &str); 5] = [
     ("read_energy", "nJ per frame", "Energy of its reads."),
@@ -87,13 +96,8 @@ pub(super) fn entries(costs: &Costs, tally: &Tally) -> Vec<Entry> {
         add("energy", name, value, nj, about, technology, error);
     }
     for (figure, value) in &costs.outside {
-        let name = match figure.name {
-            "activates" => "outside_activates",
-            "reads" => "outside_reads",
-            "writes" => "outside_writes",
-            "refreshes" => "outside_refreshes",
-            _ => "outside_background",
-        };
+        let name = OUTSIDE.iter().find(|(kind, _)| *kind == figure.name);
+        let name = name.map_or(figure.name, |(_, name)| name);
         add("energy", name, *value, nj, figure.about, "the file of the DRAM's part", OUTSIDE_ERROR);
     }
     if !tally.memories.is_empty() {

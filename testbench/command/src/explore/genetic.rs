@@ -135,8 +135,9 @@ fn sorted(members: Vec<Member>) -> Vec<Member> {
 fn by_room(front: Vec<Member>) -> Vec<Member> {
     let values: Vec<&Vec<f64>> = front.iter().filter_map(|(_, values)| values.as_ref()).collect();
     let mut room = vec![0.0; front.len()];
-    for objective in 0..values.first().map_or(0, |first| first.len()) {
-        let of = |member: usize| values[member][objective];
+    let objectives = 0..values.first().map_or(0, |first| first.len());
+    let values = &values;
+    for of in objectives.map(|objective| move |member: usize| values[member][objective]) {
         let mut order: Vec<usize> = (0..front.len()).collect();
         order.sort_by(|a, b| of(*a).total_cmp(&of(*b)));
         let (first, last) = (order[0], order[order.len() - 1]);
