@@ -8,7 +8,7 @@
 use super::Screen;
 use super::clip::{GUARD, Vertex, clip, is_inside};
 use super::order::Order;
-use super::set_up::{SetUp, nowhere};
+use super::set_up::{SetUp, without_pixel};
 use glam::{DVec4, Vec4};
 use pellucid_machine::pixel::{Fragment, Z_FAR, rgba};
 use pellucid_machine::primitive::Primitive;
@@ -60,8 +60,8 @@ impl Raster {
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
         self.on_screen(triangle, &mut |triangle| match triangle {
-            Some(triangle) => triangle.draw(self.order, sink),
-            None => Ok(()),
+            Ok(triangle) => triangle.draw(self.order, sink),
+            Err(_) => Ok(()),
         })
     }
 
@@ -73,19 +73,22 @@ impl Raster {
         sink: &mut dyn FnMut(Primitive) -> Result<(), E>,
     ) -> Result<(), E> {
         self.on_screen(triangle, &mut |triangle| match triangle {
-            Some(triangle) => triangle.primitives().iter().try_for_each(|part| sink(*part)),
-            None if self.sends_all => sink(nowhere()),
-            None => Ok(()),
+            Ok(triangle) => triangle.primitives().iter().try_for_each(|part| sink(*part)),
+            Err(row) if self.sends_all => sink(without_pixel(row)),
+            Err(_) => Ok(()),
         })
     }
 
-    /// Cuts one triangle as far as it has to be, projects it and sets it up; nothing comes of a part without a pixel.
+    /// Cuts one triangle as far as it has to be, projects it and sets it up; of a part without a pixel it tells a row near it.
     fn on_screen<E>(
         &self,
         triangle: [Vertex; 3],
-        each: &mut dyn FnMut(Option<SetUp>) -> Result<(), E>,
+        each: &mut dyn FnMut(Result<SetUp, u32>) -> Result<(), E>,
     ) -> Result<(), E> {
-        let mut each = |corners| each(SetUp::new(corners, self.width, self.height));
+        let mut each = |corners: [Corner; 3]| {
+            let row = (corners[0].y / PIXEL).clamp(0, i64::from(self.height) - 1) as u32;
+            each(SetUp::new(corners, self.width, self.height).ok_or(row))
+        };
         if is_inside(&triangle) {
             return each(triangle.each_ref().map(|vertex| self.corner(vertex)));
         }

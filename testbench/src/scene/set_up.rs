@@ -230,9 +230,9 @@ fn span(row: u32, columns: RangeInclusive<u32>) -> Primitive {
     Primitive { row, last_row: row, edges, ..Primitive::default() }
 }
 
-/// A primitive without a pixel, in the first row: it ends before it begins.
-pub(super) fn nowhere() -> Primitive {
-    span(0, RangeInclusive::new(1, 0))
+/// A primitive without a pixel in its row: it ends before it begins.
+pub(super) fn without_pixel(row: u32) -> Primitive {
+    span(row, RangeInclusive::new(1, 0))
 }
 
 /// A fragment as a primitive that has just that pixel.
