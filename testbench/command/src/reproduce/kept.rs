@@ -86,12 +86,18 @@ impl Kept {
         }
     }
 
-    /// The report of a run that is there, with its command.
-    pub fn get(&self, machine: &Machine, frames: &Frames) -> Option<Json> {
+    /// A run that is there, as `parse` reads its report with its command; nothing if that cannot.
+    pub fn get<T>(
+        &self,
+        machine: &Machine,
+        frames: &Frames,
+        parse: impl FnOnce(&Json) -> Option<T>,
+    ) -> Option<T> {
         let path = self.of(frames).join(file(machine));
         let json = read(&path, "command", &machine.command(frames), &made_of(&frames.scene))?;
+        let run = parse(&json)?;
         self.there.fetch_add(1, Ordering::Relaxed);
-        Some(json)
+        Some(run)
     }
 
     /// Plays frames in a machine and keeps the report, with its command; nothing if it is not right.

@@ -154,7 +154,7 @@ fn entry(planned: &Planned, kept: &Kept) -> anyhow::Result<Option<Entry>> {
     let known = known.and_then(|json| Need::read(&json["need"]));
     let stored = |contender: &Contender, need: &Need| match contender.lacks(need) {
         Some(why) => Some(Outcome::Lacks(why)),
-        None => Some(Outcome::Run(Run::read(&kept.get(&contender.machine(need), frames)?)?)),
+        None => kept.get(&contender.machine(need), frames, Run::read).map(Outcome::Run),
     };
     let mut outcomes: Vec<Option<Outcome>> = vec![None; contenders.len()];
     if let Some(need) = &known {

@@ -92,7 +92,7 @@ impl Terms {
 pub fn play(planned: &Planned, kept: &Kept) -> anyhow::Result<Option<Entry>> {
     let Planned { figure, frames, buffers } = planned;
     let there: Vec<Option<Run>> =
-        buffers.iter().map(|buffer| Run::read(&kept.get(&buffer.machine(), frames)?)).collect();
+        buffers.iter().map(|buffer| kept.get(&buffer.machine(), frames, Run::read)).collect();
     let mut case = None;
     if there.iter().any(Option::is_none) {
         let source = frames.open()?;
