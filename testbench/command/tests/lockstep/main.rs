@@ -148,9 +148,13 @@ fn verilator_agrees_over_a_large_frame() {
     }
     let built = tempfile::tempdir().unwrap();
     for arch in ARCHITECTURES {
-        // A frame is sent once for each band: a few bands are enough.
-        let bands: Set = if arch.name == "dfb" { &[("fragments", "4000")] } else { &[] };
-        let machine = options(arch, &[arch.tight, arch.ways[0], bands]);
+        // A frame is sent once for each band, or each pass of a window: a few of these are enough.
+        let plays: Set = match arch.name {
+            "dfb" => &[("fragments", "4000")],
+            "fbuffer" => &[("size", "128")],
+            _ => &[],
+        };
+        let machine = options(arch, &[arch.tight, arch.ways[0], plays]);
         let folder = export(&machine, &["--width", "160", "--height", "120"]);
         passes(folder.path(), &verilator(folder.path(), built.path()));
     }
