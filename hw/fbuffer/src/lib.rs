@@ -11,7 +11,7 @@
 //!    +----------| Plays  |      | F-buffer            |
 //!               +--------+      +---------------------+
 //! ```
-//! A frame is played once for each pass of each [window](window) of fragments. In the last pass fragments are tested and blended
+//! A frame is played once for each pass of each [window] of fragments. In the last pass fragments are tested and blended
 //! in the order in which they come; before it tests and blending are off, and each fragment leaves its values in its own place
 //! of the F-buffer, where it finds them again in the next pass, as the same fragments come in the same order.
 
