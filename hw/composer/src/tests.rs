@@ -238,6 +238,9 @@ proptest! {
                 check::<Store<TBuffer<FreeList>>>(cfg, &frames, &starts, &ready)?;
             }
             Behind::RBuffer(rbuffer) => {
+                // Sent again pixel by pixel, the frame still needs room for the fragments of one.
+                let queue = rbuffer.queue.max(params.primitives);
+                let rbuffer = rbuffer::Params { queue, ..rbuffer };
                 let store = rbuffer::Config::new(screen, rbuffer).unwrap();
                 let cfg = config::store(screen, &params, store).unwrap();
                 check::<Store<RBuffer>>(cfg, &frames, &starts, &ready)?;
