@@ -10,18 +10,32 @@
 //! Where the pixels of a frame come one after the other, a [blender](pellucid_blocks::blender) writes each once.
 
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, PixelFragment, Screen, blend};
-use pellucid_sim::{Block, Read, ReadPort, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Block, Label, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Compositor;
+
+/// A fragment that is to be blended: its depth is done with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Layer {
+    /// Its pixel.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// Colour as `0xRRGGBBAA`.
+    #[width(32)]
+    pub rgba: u32,
+    /// Which fragment it is, in waveforms.
+    pub label: Label,
+}
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(Screen)]
 pub struct State {
-    /// The fragment to be blended.
+    /// The fragment at hand.
     #[with(*cfg)]
-    pub stage: Stream<Marked<PixelFragment>>,
+    pub stage: Stream<Marked<Layer>>,
     /// The one before it was of its pixel.
     pub same: bool,
     /// The colour that was written last, `0xRRGGBB`.
@@ -97,13 +111,13 @@ impl Block for Compositor {
         }
 
         // First stage: ask for it, unless it is being written.
-        let next = i.fragment.payload;
+        let Marked { end, item: PixelFragment { pixel, rgba, label, .. } } = i.fragment.payload;
         d.stage.valid = i.fragment.valid;
         if i.fragment.valid {
-            d.stage.payload = next;
-            d.same = blended && item.pixel == next.item.pixel;
-            if !next.end && !d.same {
-                colour_read.read(next.item.pixel);
+            d.stage.payload = Marked { end, item: Layer { pixel, rgba, label } };
+            d.same = blended && item.pixel == pixel;
+            if !end && !d.same {
+                colour_read.read(pixel);
             }
         }
         Out { colour_read, colour_write, blended }

@@ -117,6 +117,8 @@ pub struct Program {
     pub passes: [Pass; MOST_PASSES],
     /// How many there are, at least 1.
     pub count: u32,
+    /// Of each temporary register, bit `k`: what it holds behind instruction `k` is read by a later one, in some pass.
+    pub read_behind: [u32; TEMPORARIES as usize],
 }
 
 const NOTHING: Instruction = {
@@ -152,6 +154,15 @@ fn instruction(op: Op, to: Operand, a: Operand, b: Operand) -> Instruction {
     Instruction { op, to, a, b, ..NOTHING }
 }
 
+impl Instruction {
+    /// Whether it needs what a register holds.
+    fn reads(&self, register: u32) -> bool {
+        let selects = self.op == Op::Select;
+        let operand = |operand| operand == Operand::Register(register);
+        operand(self.a) || operand(self.b) || (selects && (operand(self.c) || self.to == register))
+    }
+}
+
 impl Pass {
     fn of(of: &[Instruction]) -> Pass {
         let mut instructions = [NOTHING; MOST_INSTRUCTIONS];
@@ -169,7 +180,19 @@ impl Program {
     fn of(of: &[Pass]) -> Program {
         let mut passes = [Pass::of(&[]); MOST_PASSES];
         passes[..of.len()].copy_from_slice(of);
-        Program { passes, count: of.len() as u32 }
+        let is_read = |register: u32, behind: usize| {
+            of.iter().any(|pass| {
+                let mut later = pass.list().iter().skip(behind + 1);
+                later
+                    .find(|i| i.reads(register) || i.to == register)
+                    .is_some_and(|i| i.reads(register))
+            })
+        };
+        let read_behind = [0, 1].map(|register| {
+            let stages = (0..MOST_INSTRUCTIONS).filter(|stage| is_read(register, *stage));
+            stages.fold(0, |bits, stage| bits | 1 << stage)
+        });
+        Program { passes, count: of.len() as u32, read_behind }
     }
 
     /// The program of that kind, for so many targets; a random one is drawn from `seed`.
