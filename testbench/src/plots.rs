@@ -49,6 +49,12 @@ pub(crate) fn colour(k: usize) -> RGBColor {
     })
 }
 
+/// The same as a page says it.
+pub fn hex(k: usize) -> String {
+    let RGBColor(r, g, b) = colour(k);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
 /// A bar: where it begins and ends along the axis, its height and its colour.
 type Bar = (f64, f64, f64, RGBColor);
 

@@ -66,10 +66,11 @@ fn of_memories(memories: &[MemoryTally]) -> [Figure; 3] {
     ]
 }
 
-/// The figures that a machine has before it has seen a frame, and keeps: `group.name`.
-pub fn known_beforehand(machine: &dyn Model) -> Vec<(String, u64)> {
-    let memories = machine.power_up().tally().memories;
-    of_memories(&memories).map(|f| (format!("storage.{}", f.name), f.value)).into()
+/// A figure `group.name` that a machine has before it has seen a frame, and keeps; nothing if it is none of these.
+pub fn known_beforehand(machine: &dyn Model, figure: &str) -> Option<u64> {
+    let name = figure.strip_prefix("storage.")?;
+    let known = of_memories(&machine.power_up().tally().memories);
+    known.into_iter().find(|figure| figure.name == name).map(|figure| figure.value)
 }
 
 impl Report {

@@ -62,6 +62,11 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
     }
 }
 
+/// The number of the line, from 1, in which a byte of a text stands; that of the first one where there is no such byte.
+pub fn line_of(text: &str, byte: usize) -> usize {
+    text.get(..byte).unwrap_or_default().matches('\n').count() + 1
+}
+
 /// The text of a file of settings.
 ///
 /// # Errors
@@ -84,14 +89,12 @@ pub fn text(path: &Path) -> Result<String, SettingsError> {
 /// The file cannot be read, or has anything but numbers and strings.
 pub fn read(path: &Path) -> Result<Vec<Setting>, SettingsError> {
     let text = text(path)?;
-    let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        SettingsError::Line {
+    let table: toml::Table =
+        text.parse().map_err(|error: toml::de::Error| SettingsError::Line {
             path: path.to_owned(),
-            line: before.matches('\n').count() + 1,
+            line: line_of(&text, error.span().unwrap_or_default().start),
             problem: error.message().to_string(),
-        }
-    })?;
+        })?;
     let mut settings = vec![];
     flatten(path, "", table, &mut settings)?;
     Ok(settings)

@@ -140,15 +140,16 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
     if let Some(points) = &args.points {
         command += &format!(" --points {}", quoted(&points.display().to_string()));
     }
-    let write =
-        |candidates: &[Candidate]| results::write(&args.out, &command, &study, &points, candidates);
+    let write = |candidates: &[Candidate], standings: &[(Standing, bool)]| {
+        results::write(&args.out, &command, &study, &points, candidates, standings)
+    };
     let due = Mutex::new(Instant::now() + EVERY);
     let seen = |candidates: &[Candidate]| {
         if let Ok(mut due) = due.lock()
             && Instant::now() >= *due
         {
             let start = Instant::now();
-            write(candidates)?;
+            write(candidates, &standings(&study, candidates))?;
             // What takes long is not done often.
             *due = Instant::now() + EVERY.max(20 * start.elapsed());
         }
@@ -159,7 +160,7 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
         let lines = std::io::stdin().lock();
         let run = |work: &mut Work| work.run(args.quiet, seen);
         dialogue::answer(&study, &mut searcher, &mut work, lines, run)?;
-        write(&work.candidates)?;
+        write(&work.candidates, &standings(&study, &work.candidates))?;
         return Ok(true);
     }
     while !designs.is_empty() {
@@ -177,12 +178,12 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
     if study.search.method != Method::Grid && found < asked && !args.front {
         tell(&format!("note: only {found} different designs were found, and not {asked}"));
     }
-    write(&work.candidates)?;
-    if !args.quiet {
-        say(&results::table(&study, &work.candidates, Table::new().width()))?;
-        say(&summary(args, &study, &work, &points))?;
-    }
     let standings = standings(&study, &work.candidates);
+    write(&work.candidates, &standings)?;
+    if !args.quiet {
+        say(&results::table(&study, &work.candidates, &standings, Table::new().width()))?;
+        say(&summary(args, &study, &work, &standings, &points))?;
+    }
     let wrong = |candidate: &Candidate| {
         candidate.outcomes.iter().flatten().any(|outcome| outcome.status == Status::Wrong)
     };
@@ -202,8 +203,13 @@ fn number(count: usize, what: &str) -> String {
 }
 
 /// How many designs and points there are, what became of them, and where everything is.
-fn summary(args: &ExploreArgs, study: &Study, work: &Work, points: &Points) -> String {
-    let standings = standings(study, &work.candidates);
+fn summary(
+    args: &ExploreArgs,
+    study: &Study,
+    work: &Work,
+    standings: &[(Standing, bool)],
+    points: &Points,
+) -> String {
     let count = |of: &dyn Fn(&Standing) -> bool| standings.iter().filter(|(s, _)| of(s)).count();
     let inside = count(&|standing| matches!(standing, Standing::In(_)));
     let out = count(&|standing| matches!(standing, Standing::Out { .. }));
@@ -221,7 +227,7 @@ fn summary(args: &ExploreArgs, study: &Study, work: &Work, points: &Points) -> S
         false => text += ".\n\n",
     }
     let mut kinds: Vec<(usize, &String)> = vec![];
-    for (standing, _) in &standings {
+    for (standing, _) in standings {
         let Standing::Out { kind, .. } = standing else { continue };
         match kinds.iter_mut().find(|(_, known)| *known == kind) {
             Some((count, _)) => *count += 1,

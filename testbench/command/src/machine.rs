@@ -1,5 +1,6 @@
 //! Which machine: an architecture and its parameters.
 
+use super::quoted;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use pellucid_hw::{ARCHITECTURES, architecture};
@@ -30,6 +31,21 @@ pub(super) struct MachineArgs {
 
 /// The architecture where none is named.
 const DEFAULT_ARCH: &str = "tbuffer";
+
+/// The command that runs a machine on a scene of these arguments, as a shell takes it.
+pub(super) fn run_command<'a>(
+    arch: &str,
+    preset: Option<&str>,
+    settings: impl IntoIterator<Item = (&'a str, &'a str)>,
+    scene: &str,
+) -> String {
+    let preset = preset.map(|preset| format!("--preset {preset}"));
+    let settings = settings.into_iter();
+    let settings =
+        settings.map(|(name, value)| format!("-p {}", quoted(&format!("{name}={value}"))));
+    let words = [format!("pellucid run --arch {arch}")].into_iter().chain(preset).chain(settings);
+    words.chain([scene.to_string()]).collect::<Vec<_>>().join(" ")
+}
 
 /// What is given of a machine, by the file and by the command line over it.
 struct Given {

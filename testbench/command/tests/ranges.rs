@@ -159,18 +159,8 @@ fn what_a_waveform_shows_is_in_the_verilog() {
     assert_eq!(missing, "");
 }
 
-/// Every register and every field of a memory's word has an effect on what a machine gives; but for what the F-buffer carries along,
-/// and synthesis takes out: its shader both scratch registers through every stage, also where no instruction reads them
-/// any more, and its compositor the depth of a fragment that is tested.
+/// Every register and every field of a memory's word has an effect on what a machine gives.
 #[test]
 fn nothing_is_kept_that_has_no_effect() {
-    let carried = |path: &str| {
-        let scratch = path.starts_with("shader.stages[") && path.contains(".registers[");
-        scratch || path == "compositor.stage.payload.item.z"
-    };
-    let idle = found(|netlist| {
-        let found = without_effect(netlist).into_iter();
-        found.filter(|path| netlist.name != "fbuffer" || !carried(path)).collect()
-    });
-    assert_eq!(idle, "");
+    assert_eq!(found(without_effect), "");
 }

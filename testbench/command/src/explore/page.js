@@ -1,9 +1,7 @@
 "use strict";
 
-// Colours told apart by those who see few colours too: M. Okabe and K. Ito, 2008.
-const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#000000"];
 const archs = [...new Set(DATA.designs.map((design) => design.arch))];
-const colour = (design) => COLOURS[archs.indexOf(design.arch) % COLOURS.length];
+const colour = (design) => DATA.colours[archs.indexOf(design.arch)];
 const pinned = new Set();
 const brushes = new Map();
 const by = (id) => document.getElementById(id);
@@ -303,7 +301,7 @@ for (const id of ["across", "up", "logarithmic", "out"]) by(id).addEventListener
 by("filter").addEventListener("input", table);
 archs.forEach((arch) => {
   const sample = make("span", { class: "sample" }, by("legend"));
-  make("span", { class: "colour", style: `background: ${COLOURS[archs.indexOf(arch) % COLOURS.length]}` }, sample);
+  make("span", { class: "colour", style: `background: ${DATA.colours[archs.indexOf(arch)]}` }, sample);
   make("span", {}, sample, ` ${arch}`);
 });
 scatter();

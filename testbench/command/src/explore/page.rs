@@ -5,7 +5,9 @@ use super::results::parameters;
 use super::standing::{Standing, objectives};
 use super::study::Study;
 use super::work::Candidate;
+use pellucid_hw::ARCHITECTURES;
 use pellucid_testbench::html::{self, escaped};
+use pellucid_testbench::plots;
 use serde_json::{Value as Json, json};
 use std::collections::{HashMap, HashSet};
 
@@ -120,7 +122,9 @@ fn data(
     let objectives = study.objectives.iter().map(|objective| {
         json!({ "name": objective.name(), "figure": objective.figure, "most": objective.most })
     });
+    let colours = (0..ARCHITECTURES.len()).map(plots::hex);
     json!({
+        "colours": colours.collect::<Vec<_>>(),
         "scenes": study.scenes.iter().map(|scene| scene.arguments()).collect::<Vec<_>>(),
         "objectives": objectives.collect::<Vec<_>>(),
         "figures": figures.collect::<Vec<_>>(),

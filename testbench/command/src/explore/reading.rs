@@ -63,8 +63,8 @@ impl File {
 
     /// File and line of a place.
     pub fn place(&self, span: &Range<usize>) -> String {
-        let before = self.text.get(..span.start).unwrap_or_default();
-        format!("`{}`, line {}", self.path.display(), before.matches('\n').count() + 1)
+        let line = settings::line_of(&self.text, span.start);
+        format!("`{}`, line {line}", self.path.display())
     }
 
     /// An error there.

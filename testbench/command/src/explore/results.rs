@@ -3,7 +3,7 @@
 use super::criteria::written;
 use super::page::page;
 use super::points::{Outcome, Points};
-use super::standing::{Standing, standings};
+use super::standing::Standing;
 use super::study::Study;
 use super::work::Candidate;
 use comfy_table::{Table, presets};
@@ -46,16 +46,16 @@ pub fn write(
     study: &Study,
     points: &Points,
     candidates: &[Candidate],
+    standings: &[(Standing, bool)],
 ) -> Result<(), OutputError> {
-    let standings = standings(study, candidates);
-    let rows = rows(study, candidates, &standings);
+    let rows = rows(study, candidates, standings);
     let columns = columns(&rows);
     let about: Map<String, Json> = columns.iter().map(|c| (c.clone(), about(c, points))).collect();
     put(&folder.join("columns.json"), &format!("{:#}\n", Json::Object(about)))?;
     put(&folder.join("points.csv"), &csv(&columns, &rows))?;
     let lines: String = rows.iter().map(|row| format!("{}\n", Json::Object(row.clone()))).collect();
     put(&folder.join("points.jsonl"), &lines)?;
-    put(&folder.join("explore.html"), &page(command, study, points, candidates, &standings))
+    put(&folder.join("explore.html"), &page(command, study, points, candidates, standings))
 }
 
 /// A row for each point that is there.
@@ -160,9 +160,13 @@ fn csv(columns: &[String], rows: &[Map<String, Json>]) -> String {
 }
 
 /// The front, best first by the first objective, as a table of at most `width` columns.
-pub fn table(study: &Study, candidates: &[Candidate], width: Option<u16>) -> String {
-    let standings = standings(study, candidates);
-    let on = candidates.iter().zip(&standings).filter(|(_, (_, front))| *front);
+pub fn table(
+    study: &Study,
+    candidates: &[Candidate],
+    standings: &[(Standing, bool)],
+    width: Option<u16>,
+) -> String {
+    let on = candidates.iter().zip(standings).filter(|(_, (_, front))| *front);
     let mut on: Vec<(&[f64], &str)> = on
         .filter_map(|(c, (standing, _))| Some((standing.values()?, c.design.choice.name.as_str())))
         .collect();

@@ -3,6 +3,7 @@
 use super::designs::Design;
 use super::points::{Key, Outcome, Points, Status, figures};
 use super::study::{Scene, Study};
+use crate::machine::{Choice, run_command};
 use indicatif::MultiProgress;
 use pellucid_machine::Model;
 use pellucid_machine::params::Value;
@@ -135,13 +136,8 @@ impl Work<'_> {
             Ok(machine) => machine,
             Err(error) => return refused(error.to_string()),
         };
-        if self.study.constraints.is_empty() {
-            return Ok(machine);
-        }
-        let known = known_beforehand(&*machine);
         let beyond = self.study.constraints.iter().find_map(|constraint| {
-            let value = known.iter().find(|(name, _)| *name == constraint.figure)?.1;
-            let value = value as f64;
+            let value = known_beforehand(&*machine, &constraint.figure)? as f64;
             (!constraint.holds(value)).then(|| constraint.broken(value))
         });
         match beyond {
@@ -213,14 +209,9 @@ impl Work<'_> {
 
 /// The command that does the same as a point.
 fn command(design: &Design, scene: &Scene) -> String {
-    let choice = &design.choice;
-    let settings = choice
-        .settings
-        .iter()
-        .map(|setting| crate::quoted(&format!("{}={}", setting.name, setting.value)));
-    let settings: String = settings.map(|setting| format!(" -p {setting}")).collect();
-    let (arch, preset) = (choice.arch.name, &choice.preset);
-    format!("pellucid run --arch {arch} --preset {preset}{settings} {}", scene.arguments())
+    let Choice { arch, preset, settings, .. } = &design.choice;
+    let settings = settings.iter().map(|setting| (&*setting.name, &*setting.value));
+    run_command(arch.name, Some(preset), settings, &scene.arguments())
 }
 
 /// Runs a point: what came of it, and the report.

@@ -20,6 +20,17 @@ pub struct Frames {
 }
 
 impl Frames {
+    /// A scene on a square screen, as it is.
+    pub fn square(scene: &str, side: u32) -> Frames {
+        Frames {
+            scene: scene.to_string(),
+            screen: (side, side),
+            instances: None,
+            camera: None,
+            walk: None,
+        }
+    }
+
     /// How they are asked for, as a shell takes it.
     pub fn arguments(&self) -> String {
         let (width, height) = self.screen;

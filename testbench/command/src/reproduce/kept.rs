@@ -1,6 +1,7 @@
 //! Machines play frames; what came of it is kept in files, so that work that was stopped goes on from there.
 
 use super::frames::Frames;
+use crate::machine::run_command;
 use crate::{finished, passes, tell};
 use indicatif::MultiProgress;
 use pellucid_hw::architecture;
@@ -32,10 +33,8 @@ impl Machine {
     /// The command that does the same by itself.
     fn command(&self, frames: &Frames) -> String {
         let Machine { arch, preset, settings, .. } = self;
-        let preset = preset.map_or(String::new(), |preset| format!(" --preset {preset}"));
-        let settings = settings.iter().map(|(name, value)| format!(" -p {name}={value}"));
-        let settings: String = settings.collect();
-        format!("pellucid run --arch {arch}{preset}{settings} {}", frames.arguments())
+        let settings = settings.iter().map(|(name, value)| (*name, &**value));
+        run_command(arch, *preset, settings, &frames.arguments())
     }
 }
 

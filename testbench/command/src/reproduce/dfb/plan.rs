@@ -73,13 +73,7 @@ pub const FULL: Sizes = Sizes {
 
 /// Everything, with the mesh in Table I and Figure 7 if one is given.
 pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<Planned> {
-    let frames = |scene: &str, side| Frames {
-        scene: scene.to_string(),
-        screen: (side, side),
-        instances: None,
-        camera: None,
-        walk: None,
-    };
+    let frames = Frames::square;
     let planned = |figure, frames, contenders: &[Contender]| Planned {
         figure,
         frames,

@@ -87,13 +87,7 @@ impl Buffer {
 /// Everything, on the paper's screens or on smaller ones. A buffer that is smaller by as much has as many windows there; and where a vertex takes
 /// less time by as much as there are fewer fragments, all is bound by what it is on the paper's screen.
 pub fn plan(full: bool) -> Vec<Planned> {
-    let frames = |scene: &str, side| Frames {
-        scene: scene.to_string(),
-        screen: (side, side),
-        instances: None,
-        camera: None,
-        walk: None,
-    };
+    let frames = Frames::square;
     let planned =
         |figure, frames, buffers: &[Buffer]| Planned { figure, frames, buffers: buffers.to_vec() };
     let nearer = Some(NEARER.parse().expect("a camera"));
