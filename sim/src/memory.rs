@@ -116,6 +116,13 @@ pub struct StorageInfo {
     pub peak_words: Option<u64>,
 }
 
+impl StorageInfo {
+    /// Bits of all words.
+    pub fn bits(&self) -> u64 {
+        self.words * u64::from(self.bits_per_word)
+    }
+}
+
 /// A misuse of hardware that a model must not contain: a bug in a block.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {

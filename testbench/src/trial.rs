@@ -159,6 +159,15 @@ impl Case {
         Ok(Case { later, ..self })
     }
 
+    /// What is known of each frame.
+    pub fn censuses(&self) -> Vec<Census> {
+        self.references().map(Reference::census).collect()
+    }
+
+    fn references(&self) -> impl Iterator<Item = &Reference> + Clone {
+        [&*self.reference].into_iter().chain(&*self.later)
+    }
+
     /// How many frames a run has.
     pub fn frames(&self) -> u32 {
         1 + self.later.len() as u32
@@ -229,9 +238,8 @@ impl Case {
         machine: &dyn Model,
         outcome: Outcome,
     ) -> Result<Trial, BenchError> {
-        let references = [&*self.reference].into_iter().chain(&*self.later);
-        let censuses: Vec<Census> = references.clone().map(Reference::census).collect();
-        let closed_forms = machine.closed_forms(&outcome.tally, &censuses);
+        let references = self.references();
+        let closed_forms = machine.closed_forms(&outcome.tally, &self.censuses());
         let Outcome { images, tally, frames: played, wave } = outcome;
         let frames = references.clone().zip(&played);
         let frames = frames.map(|(frame, played)| Frame::new(frame, played)).collect();

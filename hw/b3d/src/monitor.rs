@@ -6,11 +6,12 @@ use pellucid_blocks::array::fixed::monitor::FixedMonitor;
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self};
+use pellucid_blocks::rebuild::Overflow;
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseCounts, PhaseInfo,
-    Ports, Seen, Tally, seen, waits,
+    Ports, Rest, Room, Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -152,6 +153,20 @@ impl Machine for B3d {
 
     fn outside(cfg: &Config) -> Option<Outside> {
         cfg.arrays.arrays.outside_memory().map(|memory| memory.within("arrays"))
+    }
+
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        let names = match cfg.params.overflow {
+            Overflow::Rebuild => &["most_layers", "layers"][..],
+            Overflow::Drop => &["layers"],
+        };
+        Some(Room {
+            units: frame.deepest(),
+            on_chip: "fragments".to_string(),
+            of_unit: cfg.screen.pixels().into(),
+            least: 1,
+            rest: Rest::all(names),
+        })
     }
 
     fn screen(cfg: &Config) -> Screen {

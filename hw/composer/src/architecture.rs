@@ -72,10 +72,10 @@ fn with_store<M: FragmentStore, P: Parameters>(
     screen: Screen,
     params: &Params,
     store: Result<M::Config, ParamError>,
-    part: &str,
+    part: &'static str,
 ) -> Built {
     let store = store.map_err(|error| error.of_part::<P>(part))?;
-    let cfg = config::store(screen, params, store)?;
+    let cfg = config::store(screen, params, store, part)?;
     Ok(Box::new(Configured::<Composer<Store<M>>> { cfg, values: params.values() }))
 }
 

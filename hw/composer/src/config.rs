@@ -178,8 +178,8 @@ pub fn scan_lines(
     Config::new(screen, params, scan_lines::Config { engines, engine, raster })
 }
 
-/// What the blocks of a machine with a fragment store need to know; `store` is the store's own part, for the
-/// same screen.
+/// What the blocks of a machine with a fragment store need to know; `store` is what the store itself does, for the
+/// same screen, and its parameters are those of `part`.
 ///
 /// # Errors
 /// If the local frame buffers are larger than a simulation can hold.
@@ -187,9 +187,14 @@ pub fn store<C>(
     screen: Screen,
     params: &Params,
     store: C,
+    part: &'static str,
 ) -> Result<Config<store::Config<C>>, ParamError> {
     let walker = walker(screen, params);
-    Config::new(screen, params, store::Config { primitives: params.primitives, walker, store })
+    Config::new(
+        screen,
+        params,
+        store::Config { primitives: params.primitives, walker, store, part },
+    )
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::Primitive;
 use pellucid_machine::{
     Arithmetic, Census, Check, Dealer, Fragments, Item, Machine, Memories, MemoryTally, Monitor,
-    PhaseCounts, PhaseInfo, Ports, Seen, Tally, seen, waits,
+    PhaseCounts, PhaseInfo, Ports, Room, Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -103,6 +103,10 @@ impl<T: Transparency> Machine for Composer<T> {
 
     fn outside(cfg: &Self::Config) -> Option<Outside> {
         T::outside(&cfg.transparency).map(|memory| memory.within("transparency"))
+    }
+
+    fn room(cfg: &Self::Config, frame: &Census) -> Option<Room> {
+        T::room(&cfg.transparency, frame)
     }
 
     fn screen(cfg: &Self::Config) -> Screen {

@@ -45,6 +45,8 @@ pub struct Config<C> {
     pub walker: walker::Config,
     /// The fragment store, for the same screen.
     pub store: C,
+    /// What its parameters have before a dot.
+    pub part: &'static str,
 }
 
 impl<C> Config<C> {

@@ -52,5 +52,5 @@ pub fn rbuffer_store(queue: u32, outside: Option<u32>) -> store::Config<rbuffer:
     let params = Params { queue, overflow, outside_queue, outside_latency: 3 };
     let store = rbuffer::Config::new(screen(7, 3), params).unwrap();
     let walker = walker::Config { screen: store.screen, set_up_cycles: 1, fragment_cycles: 1 };
-    store::Config { primitives: 12, walker, store }
+    store::Config { primitives: 12, walker, store, part: "rbuffer" }
 }

@@ -234,7 +234,7 @@ proptest! {
             }
             Behind::TBuffer => {
                 let store = tbuffer::Config::new(screen, params.tbuffer).unwrap();
-                let cfg = config::store(screen, &params, store).unwrap();
+                let cfg = config::store(screen, &params, store, "tbuffer").unwrap();
                 check::<Store<TBuffer<FreeList>>>(cfg, &frames, &starts, &ready)?;
             }
             Behind::RBuffer(rbuffer) => {
@@ -242,7 +242,7 @@ proptest! {
                 let queue = rbuffer.queue.max(params.primitives);
                 let rbuffer = rbuffer::Params { queue, ..rbuffer };
                 let store = rbuffer::Config::new(screen, rbuffer).unwrap();
-                let cfg = config::store(screen, &params, store).unwrap();
+                let cfg = config::store(screen, &params, store, "rbuffer").unwrap();
                 check::<Store<RBuffer>>(cfg, &frames, &starts, &ready)?;
             }
         }

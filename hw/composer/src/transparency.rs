@@ -4,7 +4,7 @@
 use super::merging_unit::Opaque;
 use pellucid_machine::pixel::{COLOUR_BITS, Marked, Screen};
 use pellucid_machine::primitive::{Format, Primitive};
-use pellucid_machine::{Arithmetic, Census, Check, InConfig, Outside, Tally, outside};
+use pellucid_machine::{Arithmetic, Census, Check, InConfig, Outside, Room, Tally, outside};
 use pellucid_sim::{Handshake, Netlist, Registers, Signals, StorageInfo, Stream, Violation, Wait};
 
 /// See the module's description.
@@ -33,6 +33,10 @@ pub trait Transparency:
     /// That port's wires.
     fn wires(_: &Self::Out) -> outside::Wires {
         outside::Wires::default()
+    }
+    /// How large it must be for a frame: see [`Machine::room`](pellucid_machine::Machine::room).
+    fn room(_: &Self::Config, _: &Census) -> Option<Room> {
+        None
     }
     /// What must have been counted behind the merger, for frames of which every fragment found its place.
     fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;

@@ -10,7 +10,7 @@ use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseCounts, PhaseInfo,
-    Ports, Seen, Tally, seen, waits,
+    Ports, Rest, Room, Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -120,6 +120,16 @@ impl Machine for Dfb {
 
     fn outside(cfg: &Config) -> Option<Outside> {
         cfg.arrays.outside_memory().map(|memory| memory.within("arrays"))
+    }
+
+    fn room(_: &Config, frame: &Census) -> Option<Room> {
+        Some(Room {
+            units: frame.stored,
+            on_chip: "fragments".to_string(),
+            of_unit: 1,
+            least: 1,
+            rest: Rest::Beyond("outside_fragments".to_string()),
+        })
     }
 
     fn screen(cfg: &Config) -> Screen {

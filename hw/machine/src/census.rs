@@ -31,6 +31,16 @@ impl Census {
         self.histogram.iter().copied().zip(0..)
     }
 
+    /// Fragments of the deepest pixel.
+    pub fn deepest(&self) -> u64 {
+        self.layers().filter(|(pixels, _)| *pixels > 0).map(|(_, n)| n).max().unwrap_or(0)
+    }
+
+    /// What the pixels take together, each so much by its number of fragments.
+    pub fn sum(&self, of: impl Fn(u64) -> u64) -> u64 {
+        self.layers().map(|(pixels, n)| pixels * of(n)).sum()
+    }
+
     /// P: pixels with at least one fragment.
     pub fn pixels(&self) -> u64 {
         self.histogram.iter().skip(1).sum()

@@ -15,6 +15,7 @@
 //! | [`dut`] | a machine under the clock, whatever its architecture |
 //! | [`clocked`] | the same of one architecture |
 //! | [`outside`] | the port to memory outside of the chip |
+//! | [`room`] | how large a machine must be for a frame |
 //! | [`board`] | a machine with that memory |
 //! | [`model`] | a machine that is ready to run |
 //! | [`params`] | parameters |
@@ -35,6 +36,7 @@ pub mod params;
 pub mod phase;
 pub mod pixel;
 pub mod primitive;
+pub mod room;
 pub mod tally;
 
 pub use architecture::Architecture;
@@ -47,4 +49,5 @@ pub use model::Model;
 pub use monitor::{Memories, Monitor, Seen, seen, waits};
 pub use outside::Outside;
 pub use phase::{Cycles, PhaseCounts, PhaseInfo};
+pub use room::{Rest, Room};
 pub use tally::{Fragments, MemoryTally, StreamTally, Tally};

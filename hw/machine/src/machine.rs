@@ -7,6 +7,7 @@ use crate::monitor::Monitor;
 use crate::outside::{self, Outside, Wires};
 use crate::phase::PhaseInfo;
 use crate::pixel::Screen;
+use crate::room::Room;
 use crate::tally::Tally;
 use pellucid_sim::{Block, Handshake, Netlist, Registers, Signals};
 
@@ -67,6 +68,11 @@ pub trait Machine:
     }
     /// What the outside sees.
     fn ports(out: &Self::Out) -> Ports;
+    /// How large it must be so that nothing is dropped of a frame; nothing if what it holds is no question of the frame, or of a
+    /// parameter.
+    fn room(_: &Self::Config, _: &Census) -> Option<Room> {
+        None
+    }
     /// The screen.
     fn screen(cfg: &Self::Config) -> Screen;
     /// What a run must have counted, by the closed forms of the architecture's seed document, for

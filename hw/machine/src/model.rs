@@ -10,6 +10,7 @@ use crate::outside;
 use crate::params::Value;
 use crate::phase::PhaseInfo;
 use crate::pixel::Screen;
+use crate::room::Room;
 use crate::tally::Tally;
 use pellucid_sim::netlist::{Module, elaborate_alone};
 
@@ -31,6 +32,8 @@ pub trait Model: Send + Sync {
     fn dealer(&self) -> Option<Dealer>;
     /// What a run must have counted: see [`Machine::closed_forms`].
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check>;
+    /// How large it must be for a frame: see [`Machine::room`].
+    fn room(&self, frame: &Census) -> Option<Room>;
     /// Its port to outside memory.
     fn port(&self) -> outside::Config;
     /// Cycles from a read request at the port to its word, if there is a port and these are always as many.
@@ -73,6 +76,9 @@ impl<M: Machine> Model for Configured<M> {
     }
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         M::closed_forms(&self.cfg, tally, frames)
+    }
+    fn room(&self, frame: &Census) -> Option<Room> {
+        M::room(&self.cfg, frame)
     }
     fn port(&self) -> outside::Config {
         M::port(&self.cfg)

@@ -25,9 +25,9 @@ parameters! {
         /// Fragments that a section holds (D_avg); each pixel owns one section.
         section_capacity: u32 = 2, "fragments", 1..=64;
         /// Further sections on chip, that any pixel can have once its own is full.
-        overflow_sections: u32 = 131_072, "sections", 0..=1 << 24;
+        overflow_sections: u32 = 131_072, "sections", 0..=1 << 28;
         /// Further sections in outside memory, used once those on chip are all taken.
-        outside_sections: u32 = 1_048_576, "sections", 0..=1 << 24;
+        outside_sections: u32 = 1_048_576, "sections", 0..=1 << 28;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
         /// Where the weights are kept: in registers while a pixel is read back, or in memory from the arrival on.

@@ -12,8 +12,8 @@ use pellucid_blocks::front::{self, PHASES, Phase};
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
-    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
-    Tally, seen, waits,
+    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Rest, Room,
+    Seen, Tally, seen, waits,
 };
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
@@ -75,6 +75,12 @@ fn taken(cfg: &array::Config, q: &array::State) -> u64 {
     cells.map(|k| u64::from(q.tokens[k].valid && q.cells[k].valid)).sum()
 }
 
+/// Sections that a frame takes beyond those that its pixels own.
+fn sections(cfg: &Config, frame: &Census) -> u64 {
+    let capacity = u64::from(cfg.params.section_capacity);
+    frame.sum(|i| i.div_ceil(capacity).saturating_sub(1))
+}
+
 impl<A: Allocator> Machine for MBuffer<A> {
     type Item = Fragment;
     type Monitor = MBufferMonitor;
@@ -104,17 +110,23 @@ impl<A: Allocator> Machine for MBuffer<A> {
         cfg.chains.outside_memory().map(|memory| memory.within("chains"))
     }
 
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        Some(Room {
+            units: sections(cfg, frame),
+            on_chip: "overflow_sections".to_string(),
+            of_unit: 1,
+            least: 0,
+            rest: Rest::Beyond("outside_sections".to_string()),
+        })
+    }
+
     fn screen(cfg: &Config) -> Screen {
         cfg.screen
     }
 
     fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
-        let capacity = u64::from(cfg.params.section_capacity);
         let census = Census::together(frames);
         let pairs = census.layers().skip(1).map(|(n, i)| n * i * (i - 1) / 2).sum();
-        let sections = |frame: &Census| -> u64 {
-            frame.layers().skip(1).map(|(n, i)| n * (i.div_ceil(capacity) - 1)).sum()
-        };
         let mut checks = vec![
             Check {
                 what: "accesses as the paper counts them, 2F",
@@ -123,7 +135,7 @@ impl<A: Allocator> Machine for MBuffer<A> {
             },
             Check {
                 what: "sections beyond the pixels' own, sum of N_i * (ceil(i / D) - 1)",
-                expected: frames.iter().map(sections).max().unwrap_or(0),
+                expected: frames.iter().map(|frame| sections(cfg, frame)).max().unwrap_or(0),
                 found: tally.figure("peak_sections"),
             },
             Check {

@@ -7,12 +7,12 @@ use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::chains::monitor::ChainsMonitor;
 use pellucid_blocks::front;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
-use pellucid_blocks::rebuild::Rebuild;
+use pellucid_blocks::rebuild::{Overflow, Rebuild};
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseCounts, PhaseInfo,
-    Ports, Seen, Tally, seen, waits,
+    Ports, Rest, Room, Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Block, Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -140,6 +140,20 @@ impl Machine for Ppll {
 
     fn outside(cfg: &Config) -> Option<Outside> {
         cfg.chains.outside_memory().map(|memory| memory.within("chains"))
+    }
+
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        let names = match cfg.params.overflow {
+            Overflow::Rebuild => &["most_pages", "pages"][..],
+            Overflow::Drop => &["pages"],
+        };
+        Some(Room {
+            units: frame.sum(|i| pages_of(cfg, i)),
+            on_chip: "fragments".to_string(),
+            of_unit: cfg.params.page.into(),
+            least: 1,
+            rest: Rest::all(names),
+        })
     }
 
     fn screen(cfg: &Config) -> Screen {

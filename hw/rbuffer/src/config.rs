@@ -16,11 +16,14 @@ choice! {
     }
 }
 
+/// The shortest queue.
+pub const LEAST_QUEUE: u32 = 2;
+
 parameters! {
     /// What a user chooses.
     pub struct Params {
         /// Fragments that the queue holds on chip.
-        queue: u32 = 786_432, "fragments", 2..=1 << 28;
+        queue: u32 = 786_432, "fragments", LEAST_QUEUE..=1 << 28;
         /// What happens to fragments for which there is no room on chip: they go to outside memory, or the frame is sent again for part of the screen after the other.
         overflow: Overflow = Overflow::Outside, "", ();
         /// Further fragments that it holds in outside memory (overflow=outside).

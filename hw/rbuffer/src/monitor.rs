@@ -1,6 +1,6 @@
 //! Watches the R-buffer: counts what it does and holds its streams to their rules.
 
-use super::config::Config;
+use super::config::{Config, LEAST_QUEUE};
 use super::{Out, RBuffer, State};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
@@ -8,8 +8,8 @@ use pellucid_blocks::front::{self, PHASES, Phase};
 use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::{
-    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
-    Tally, seen, waits,
+    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Rest, Room,
+    Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -126,6 +126,16 @@ impl Machine for RBuffer {
         cfg.queue.outside_memory()
     }
 
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        // Sent again in bands, a frame needs no more than its deepest pixel.
+        let (least, rest) = match cfg.replay {
+            true => (frame.deepest(), Rest::Nothing),
+            false => (0, Rest::Beyond("outside_queue".to_string())),
+        };
+        let least = least.max(LEAST_QUEUE.into());
+        Some(Room { units: frame.stored, on_chip: "queue".to_string(), of_unit: 1, least, rest })
+    }
+
     fn screen(cfg: &Config) -> Screen {
         cfg.screen
     }
@@ -145,15 +155,12 @@ impl Machine for RBuffer {
         }
         let census = Census::together(frames);
         let popped = census.layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
-        let deepest = |frame: &Census| -> u64 {
-            frame.layers().filter(|(n, _)| *n > 0).map(|(_, i)| i).max().unwrap_or(0)
-        };
         let most = frames.iter().map(|frame| frame.stored).max().unwrap_or(0);
         vec![
             queued,
             check(
                 "passes: layers of the deepest pixel",
-                frames.iter().map(deepest).sum(),
+                frames.iter().map(Census::deepest).sum(),
                 figure("passes"),
             ),
             check("most fragments in the queue, F", most, figure("peak_queue")),

@@ -22,7 +22,7 @@ parameters! {
     /// What a user chooses.
     pub struct Params {
         /// Sections on chip.
-        sections: u32 = 262_144, "sections", 1..=1 << 24;
+        sections: u32 = 262_144, "sections", 1..=1 << 28;
         /// Fragments that a section holds (L).
         section_capacity: u32 = 3, "fragments", 1..=64;
         /// How a store finds the end of its pixel's chain: walk it, or keep its tail in the SSA table.
@@ -34,7 +34,7 @@ parameters! {
         /// Fragments sorted in one pass (K); a pixel with more takes several passes.
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
         /// Further sections in outside memory, used once those on chip are all taken.
-        outside_sections: u32 = 1_048_576, "sections", 0..=1 << 24;
+        outside_sections: u32 = 1_048_576, "sections", 0..=1 << 28;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
         /// Fragment reads under way at once during resolve, and pixels that wait for their SSA entry with ssa=cached.

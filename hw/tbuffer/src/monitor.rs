@@ -11,8 +11,8 @@ use pellucid_blocks::front::{self, PHASES, Phase};
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Marked, Screen};
 use pellucid_machine::{
-    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Seen,
-    Tally, seen, waits,
+    Arithmetic, Census, Check, Fragments, Machine, Memories, Monitor, PhaseInfo, Ports, Rest, Room,
+    Seen, Tally, seen, waits,
 };
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
@@ -63,6 +63,12 @@ impl TBufferMonitor {
     }
 }
 
+/// Sections that a frame takes.
+fn sections(cfg: &Config, frame: &Census) -> u64 {
+    let capacity = u64::from(cfg.params.section_capacity);
+    frame.sum(|i| i.div_ceil(capacity))
+}
+
 impl<A: Allocator> Machine for TBuffer<A> {
     type Item = Fragment;
     type Monitor = TBufferMonitor;
@@ -91,15 +97,22 @@ impl<A: Allocator> Machine for TBuffer<A> {
         cfg.chains.outside_memory().map(|memory| memory.within("chains"))
     }
 
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        Some(Room {
+            units: sections(cfg, frame),
+            on_chip: "sections".to_string(),
+            of_unit: 1,
+            least: 1,
+            rest: Rest::Beyond("outside_sections".to_string()),
+        })
+    }
+
     fn screen(cfg: &Config) -> Screen {
         cfg.screen
     }
 
     fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
-        let capacity = u64::from(cfg.params.section_capacity);
         let census = Census::together(frames);
-        let sections =
-            |frame: &Census| -> u64 { frame.layers().map(|(n, i)| n * i.div_ceil(capacity)).sum() };
         let mut checks = vec![
             Check {
                 what: "accesses as the paper counts them, 2F + P",
@@ -108,7 +121,7 @@ impl<A: Allocator> Machine for TBuffer<A> {
             },
             Check {
                 what: "sections in use, sum of N_i * ceil(i / L)",
-                expected: frames.iter().map(sections).max().unwrap_or(0),
+                expected: frames.iter().map(|frame| sections(cfg, frame)).max().unwrap_or(0),
                 found: tally.figure("peak_sections"),
             },
         ];

@@ -114,6 +114,14 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         })
         .collect();
     let cases: Vec<Vec<Case>> = cases.into_iter().collect::<Result<_, _>>()?;
+    let machines: Vec<Vec<Box<dyn Model>>> = machines
+        .into_iter()
+        .zip(&cases)
+        .map(|(machines, cases)| {
+            let each = choices.iter().zip(machines).zip(cases);
+            each.map(|((choice, machine), case)| choice.with_room(machine, case)).collect()
+        })
+        .collect();
     let planned: Vec<Planned> = cases
         .iter()
         .zip(&machines)

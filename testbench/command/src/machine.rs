@@ -5,10 +5,12 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use pellucid_hw::{ARCHITECTURES, architecture};
 use pellucid_machine::architecture::{Setting, SettingError};
+use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Architecture, Model};
+use pellucid_machine::{Architecture, Census, Model};
 use pellucid_testbench::outside::board;
 use pellucid_testbench::settings::{self, SettingsError};
+use pellucid_testbench::trial::Case;
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -39,12 +41,22 @@ pub(super) fn run_command<'a>(
     settings: impl IntoIterator<Item = (&'a str, &'a str)>,
     scene: &str,
 ) -> String {
-    let preset = preset.map(|preset| format!("--preset {preset}"));
+    let machine = words(Some(arch), preset, settings).join(" ");
+    format!("pellucid run {machine} {scene}")
+}
+
+/// The options that name a machine, as a shell takes them.
+fn words<'a>(
+    arch: Option<&str>,
+    preset: Option<&str>,
+    settings: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Vec<String> {
+    let arch = arch.map(|arch| format!("--arch {}", quoted(arch)));
+    let preset = preset.map(|preset| format!("--preset {}", quoted(preset)));
     let settings = settings.into_iter();
     let settings =
         settings.map(|(name, value)| format!("-p {}", quoted(&format!("{name}={value}"))));
-    let words = [format!("pellucid run --arch {arch}")].into_iter().chain(preset).chain(settings);
-    words.chain([scene.to_string()]).collect::<Vec<_>>().join(" ")
+    arch.into_iter().chain(preset).chain(settings).collect()
 }
 
 /// What is given of a machine, by the file and by the command line over it.
@@ -62,16 +74,56 @@ impl MachineArgs {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
+        self.with(screen, &[])
+    }
+
+    /// The machine for a screen, with further parameters over what is given.
+    pub(super) fn with(&self, screen: Screen, over: &[Setting]) -> anyhow::Result<Box<dyn Model>> {
+        let Given { arch, preset, mut parameters } = self.given()?;
+        parameters.extend(over.iter().cloned());
+        Given { arch, preset, parameters }.build(screen)
+    }
+
+    /// A machine of these, with room outside for the frames of a case: see [`with_room`].
+    pub(super) fn with_room(
+        &self,
+        machine: Box<dyn Model>,
+        case: &Case,
+    ) -> anyhow::Result<Box<dyn Model>> {
         let given = self.given()?;
-        let preset = given.preset.as_ref();
-        let arch = given.arch()?;
-        let name = preset.map(|preset| &*preset.value);
-        build(arch, screen, name, &given.parameters, |error| match (error, preset) {
-            (error @ SettingError::Preset { .. }, Some(preset)) => {
-                anyhow!("{}: {error}", preset.origin)
-            }
-            (error, _) => error.into(),
-        })
+        let screen = machine.screen();
+        Ok(with_room(machine, case, &given.parameters, |over| self.with(screen, over)))
+    }
+
+    /// What is given of the parameters of these names.
+    pub(super) fn gives(&self, names: &[&str]) -> anyhow::Result<Option<Setting>> {
+        let given = self.given()?.parameters;
+        Ok(given.into_iter().find(|given| names.contains(&&*given.name)))
+    }
+
+    /// All that is given but parameters of these names, as a shell takes it.
+    pub(super) fn words(&self, without: &[&str]) -> anyhow::Result<Vec<String>> {
+        let Given { arch, preset, parameters } = self.given()?;
+        let value = |setting: &Option<Setting>| setting.as_ref().map(|s| s.value.clone());
+        let (arch, preset) = (value(&arch), value(&preset));
+        let parameters = parameters.iter().map(|Setting { name, value, .. }| (&**name, &**value));
+        let parameters = parameters.filter(|(name, _)| !without.contains(name));
+        Ok(words(arch.as_deref(), preset.as_deref(), parameters))
+    }
+
+    /// All that is given, and further parameters, as a file says them.
+    pub(super) fn with_values(&self, over: &[Setting]) -> anyhow::Result<Vec<Setting>> {
+        let given = self.given()?;
+        let arch = given.arch()?.name;
+        let head = given.preset.iter().map(|preset| plain("preset", &preset.value));
+        let head = [plain("arch", arch)].into_iter().chain(head);
+        // Of what is given several times the last counts.
+        let mut values: Vec<Setting> = vec![];
+        for setting in given.parameters.into_iter().chain(over.iter().cloned()) {
+            values.retain(|earlier| earlier.name != setting.name);
+            values.push(setting);
+        }
+        Ok(head.chain(values).collect())
     }
 
     fn given(&self) -> Result<Given, SettingsError> {
@@ -97,6 +149,42 @@ impl MachineArgs {
     }
 }
 
+/// A parameter's value that nobody gave.
+fn plain(name: &str, value: &str) -> Setting {
+    Setting { name: name.to_string(), value: value.to_string(), origin: format!("`{name}`") }
+}
+
+/// A parameter that is a number, as large as frames need it.
+pub(super) fn setting(name: &str, value: u64) -> Setting {
+    let value = value.to_string();
+    Setting { origin: format!("`{name}={value}`, which the frame needs"), ..plain(name, &value) }
+}
+
+/// The machine with as much memory outside as the frames of a case need, unless it has that, or what is given says how much there is.
+/// A machine that cannot be so large stays as it is, and drops what finds no place.
+fn with_room(
+    machine: Box<dyn Model>,
+    case: &Case,
+    given: &[Setting],
+    build: impl Fn(&[Setting]) -> anyhow::Result<Box<dyn Model>>,
+) -> Box<dyn Model> {
+    let values = machine.values();
+    let value = |name: &str| match values.iter().find(|(known, _)| known == name) {
+        Some((_, Value::Number(value))) => u64::from(*value),
+        _ => 0,
+    };
+    let needs = case.censuses();
+    let needs = needs.iter().filter_map(|frame| machine.room(frame)).filter_map(|room| {
+        let (name, units) = room.outside(value(&room.on_chip))?;
+        Some((name.to_string(), units))
+    });
+    let Some((name, units)) = needs.max_by_key(|(_, units)| *units) else { return machine };
+    if value(&name) >= units || given.iter().any(|setting| setting.name == name) {
+        return machine;
+    }
+    build(&[setting(&name, units)]).unwrap_or(machine)
+}
+
 /// A machine with what the settings put behind its port; `said` tells what is wrong with its own.
 fn build(
     arch: &Architecture,
@@ -111,6 +199,17 @@ fn build(
 }
 
 impl Given {
+    fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
+        let preset = self.preset.as_ref();
+        let name = preset.map(|preset| &*preset.value);
+        build(self.arch()?, screen, name, &self.parameters, |error| match (error, preset) {
+            (error @ SettingError::Preset { .. }, Some(preset)) => {
+                anyhow!("{}: {error}", preset.origin)
+            }
+            (error, _) => error.into(),
+        })
+    }
+
     fn arch(&self) -> anyhow::Result<&'static Architecture> {
         match &self.arch {
             Some(Setting { value, origin, .. }) => {
@@ -178,7 +277,32 @@ impl Choice {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
-        build(self.arch, screen, Some(&self.preset), &self.settings, |error| match error {
+        self.with(screen, &self.settings)
+    }
+
+    /// The values of a machine of these before it has seen a frame: of what then may become more it is said.
+    pub(super) fn values(&self, machine: &dyn Model) -> Vec<(String, Value)> {
+        let grows = machine.room(&Census::default());
+        let grows = grows.as_ref().and_then(|room| room.outside(0)).map(|(name, _)| name);
+        let given = |name: &str| self.settings.iter().any(|setting| setting.name == name);
+        let values = machine.values().into_iter();
+        let values = values.map(|(name, value)| match Some(&*name) == grows && !given(&name) {
+            true => (name, Value::Text(format!("{value} or more"))),
+            false => (name, value),
+        });
+        values.collect()
+    }
+
+    /// A machine of these, with room outside for the frames of a case: see [`with_room`].
+    pub(super) fn with_room(&self, machine: Box<dyn Model>, case: &Case) -> Box<dyn Model> {
+        let screen = machine.screen();
+        with_room(machine, case, &self.settings, |over| {
+            self.with(screen, &[&*self.settings, over].concat())
+        })
+    }
+
+    fn with(&self, screen: Screen, settings: &[Setting]) -> anyhow::Result<Box<dyn Model>> {
+        build(self.arch, screen, Some(&self.preset), settings, |error| match error {
             SettingError::Setting { .. } => error.into(),
             other => anyhow!("{}: {other}", self.origin),
         })

@@ -3,6 +3,7 @@
 //! 0: done and right. 1: the run's result is wrong or lossy. 2: bad input or usage, or a file that cannot be written.
 //! 130: stopped by a signal; what was not complete has been removed, but for a waveform, which is kept as far as it goes.
 
+mod amount;
 mod area;
 mod check;
 mod compare;
@@ -13,6 +14,7 @@ mod list;
 mod machine;
 mod reproduce;
 mod run;
+mod size;
 mod technology;
 mod trace;
 mod wave;
@@ -69,6 +71,8 @@ enum Command {
     Explain(explain::ExplainArgs),
     /// Runs a share of the points of a study, for many computers that share a folder
     RunPoint(explore::RunPointArgs),
+    /// Finds the smallest machine that loses nothing of some scenes, as a file that --config takes
+    Size(size::SizeArgs),
     /// Writes an architecture as Verilog, with a testbench that compares it with this simulation
     Export(export::ExportArgs),
     /// Counts what an architecture takes as hardware, by Yosys: cells of an FPGA, or square millimetres of a library of cells
@@ -207,6 +211,7 @@ fn main() -> ExitCode {
         Command::Explore(args) => explore::explore(&args),
         Command::Explain(args) => explain::explain(&args),
         Command::RunPoint(args) => explore::run_point(&args),
+        Command::Size(args) => size::size(&args),
         Command::Export(args) => export::export(&args),
         Command::Area(args) => area::area(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

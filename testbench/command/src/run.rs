@@ -4,16 +4,18 @@ use super::check::check;
 use super::machine::MachineArgs;
 use super::technology::TechnologyArgs;
 use super::wave::WaveArgs;
-use super::{SceneArgs, complain, finished, not_right, passes, say, tell};
+use super::{SceneArgs, complain, finished, not_right, passes, quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
 use comfy_table::Table;
+use pellucid_machine::{Census, Kind, Model};
 use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::output::OutputFolder;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::recorder::{WaveJob, WaveReport};
 use pellucid_testbench::report::grouped;
 use pellucid_testbench::scene::{CameraPath, Walk};
+use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, Trial};
 use pellucid_waveforms::Marker;
 use serde_json::json;
@@ -69,6 +71,17 @@ pub(super) fn frames(text: &str) -> Result<u32, String> {
     frames.ok_or_else(|| format!("expected a whole number from 1 to {MOST_FRAMES}"))
 }
 
+/// Checks that a scene has so many frames.
+pub(super) fn has_frames(scene: &str, source: &Source, frames: u32) -> anyhow::Result<()> {
+    if frames > 1 && source.later(1)?.is_none() {
+        bail!(
+            "--frames {frames}: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
+             `teapot`, `plant` or a mesh"
+        );
+    }
+    Ok(())
+}
+
 /// Runs; whether the result is right.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let SceneArgs { scene, view } = &args.scene;
@@ -79,13 +92,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
     let technology = Arc::new(args.technology.open()?);
     let source = view.open(scene, walk)?;
-    if args.frames > 1 && source.later(1)?.is_none() {
-        bail!(
-            "--frames {}: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
-             `teapot`, `plant` or a mesh",
-            args.frames
-        );
-    }
+    has_frames(scene, &source, args.frames)?;
     let screen = source.screen();
     let machine = args.machine.build(screen)?;
     view.tell_of_order(arch.name, &*machine);
@@ -95,6 +102,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let case = Case::new(scene, source, &*machine, &mut progress)?;
     let case = case.with_frames(args.frames, &*machine, &mut progress)?;
     let case = Case { technology, ..case };
+    let machine = args.machine.with_room(machine, &case)?;
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);
@@ -122,6 +130,10 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     seen.notes.iter().for_each(|note| tell(&format!("note: {note}")));
 
     let passes = passes(&verdict, args.allow_drops, "");
+    // Of primitives that find no place it knows nothing.
+    if verdict.dropped > 0 && machine.kind() == Kind::Fragments {
+        hint_at_size(args, &*machine)?;
+    }
     if args.json {
         say(&format!("{:#}\n", report.json()))?;
     } else if !args.quiet {
@@ -142,6 +154,21 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
             Ok(false)
         }
     }
+}
+
+/// Says how the machine is found that drops nothing of these frames.
+fn hint_at_size(args: &RunArgs, machine: &dyn Model) -> anyhow::Result<()> {
+    let Some(room) = machine.room(&Census::default()) else { return Ok(()) };
+    let mut words = vec!["pellucid size --scene".to_string(), quoted(&args.scene.scene)];
+    words.extend(args.scene.view.given());
+    if args.frames > 1 {
+        words.push(format!("--frames {}", args.frames));
+    }
+    words.extend(args.path.map(|path| format!("--path {path}")));
+    words.extend(args.machine.words(&room.names())?);
+    let words = words.join(" ");
+    tell(&format!("hint: `{words}` finds the smallest machine that drops nothing"));
+    Ok(())
 }
 
 /// Where the image of each frame is.

@@ -9,7 +9,7 @@ use pellucid_machine::params::{
 };
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{
-    Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Tally, outside,
+    Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Room, Tally, outside,
 };
 use pellucid_sim::netlist::Module;
 use std::fmt::Display;
@@ -358,6 +358,9 @@ impl Model for OnBoard {
     }
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         self.model.closed_forms(tally, frames)
+    }
+    fn room(&self, frame: &Census) -> Option<Room> {
+        self.model.room(frame)
     }
     fn port(&self) -> outside::Config {
         self.model.port()

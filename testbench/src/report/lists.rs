@@ -28,8 +28,7 @@ pub(super) fn stream_values(stream: &StreamTally) -> [u64; 2] {
 /// The values of a memory's fields.
 pub(super) fn memory_values(memory: &MemoryTally) -> [u64; 6] {
     let info = &memory.info;
-    let bits = info.words * u64::from(info.bits_per_word);
-    [info.reads, info.writes, info.words, info.bits_per_word.into(), memory.peak_words, bits]
+    [info.reads, info.writes, info.words, info.bits_per_word.into(), memory.peak_words, info.bits()]
 }
 
 /// A memory with what it costs, as far as that is known.

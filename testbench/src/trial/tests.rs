@@ -2,7 +2,7 @@ use super::*;
 use crate::scene::Options;
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Tally, outside};
+use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Room, Tally, outside};
 use pellucid_mbuffer::architecture as mbuffer;
 use pellucid_sim::netlist::Module;
 use pellucid_tbuffer::architecture::ARCHITECTURE;
@@ -48,6 +48,9 @@ impl Model for Broken {
     }
     fn closed_forms(&self, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         self.model.closed_forms(tally, frames)
+    }
+    fn room(&self, frame: &Census) -> Option<Room> {
+        self.model.room(frame)
     }
     fn port(&self) -> outside::Config {
         self.model.port()

@@ -4,7 +4,9 @@ use super::{Config, FragmentStore, Out, State, Store};
 use crate::monitor::{above, below, seen_from};
 use crate::transparency::{Transparency, Watch};
 use pellucid_machine::primitive::pixels;
-use pellucid_machine::{Arithmetic, Census, Check, Memories, Monitor, Outside, Tally, outside};
+use pellucid_machine::{
+    Arithmetic, Census, Check, Memories, Monitor, Outside, Room, Tally, outside,
+};
 use pellucid_sim::{Figures, Handshake, StorageInfo, Violation, Wait};
 
 pellucid_sim::counters! {
@@ -53,6 +55,10 @@ impl<M: FragmentStore> Transparency for Store<M> {
     #[inline(always)]
     fn wires(out: &Out<M>) -> outside::Wires {
         M::ports(&out.store).outside
+    }
+
+    fn room(cfg: &Config<M::Config>, frame: &Census) -> Option<Room> {
+        M::room(&cfg.store, frame).map(|room| room.of_part(cfg.part))
     }
 
     fn closed_forms(cfg: &Config<M::Config>, tally: &Tally, frames: &[Census]) -> Vec<Check> {

@@ -1,6 +1,7 @@
 //! What must hold of a design, and what counts.
 
 use super::reading::{File, Section, StudyError, Value, scalar};
+use crate::amount::amount;
 use pellucid_testbench::report::grouped;
 use serde_json::json;
 use std::fmt;
@@ -70,17 +71,6 @@ const RULES: [(&str, Rule); 5] = [
     ("max", Rule::Max),
 ];
 
-/// What may stand behind a number, and its factor.
-const UNITS: [(&str, f64); 7] = [
-    ("", 1.0),
-    ("KiB", 1024.0),
-    ("MiB", 1_048_576.0),
-    ("GiB", 1_073_741_824.0),
-    ("k", 1e3),
-    ("M", 1e6),
-    ("G", 1e9),
-];
-
 /// A key, where it is, and its value.
 pub type Entry<'a> = (String, Range<usize>, Value<'a>);
 
@@ -98,7 +88,7 @@ impl Constraint {
             (">", Relation::Above),
         ];
         let found = relations.iter().find_map(|(sign, relation)| {
-            let bound = number(text.trim().strip_prefix(sign)?)?;
+            let bound = amount(text.trim().strip_prefix(sign)?)?;
             Some((*relation, bound))
         });
         let Some((relation, bound)) = found else {
@@ -134,16 +124,6 @@ pub fn written(value: f64) -> String {
         return grouped(&json!(value as u64));
     }
     format!("{value:.4}")
-}
-
-/// A number, perhaps with a unit.
-fn number(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let end = text.find(|c: char| c.is_ascii_alphabetic() && c != 'e').unwrap_or(text.len());
-    let (digits, unit) = text.split_at(end);
-    let factor = UNITS.iter().find(|(name, _)| *name == unit)?.1;
-    let value: f64 = digits.trim().replace('_', "").parse().ok()?;
-    value.is_finite().then_some(value * factor)
 }
 
 impl Objective {

@@ -103,9 +103,10 @@ impl Work<'_> {
             let outcome = match self.machine(&candidate.design, self.frames[k].source()) {
                 Err(outcome) => Some(outcome),
                 Ok(machine) => {
-                    let (arch, values) = (candidate.design.choice.arch.name, machine.values());
+                    let choice = &candidate.design.choice;
+                    let (arch, values) = (choice.arch.name, choice.values(&*machine));
                     let key = self.points.key(arch, &values, &scene.arguments(), &scene.name);
-                    candidate.values = values;
+                    candidate.values = machine.values();
                     candidate.files[k] = Some(self.points.path(&key));
                     let kept = self.points.get(&key);
                     match kept {
@@ -170,14 +171,16 @@ impl Work<'_> {
         let mut tasks: Vec<Vec<Task>> = self.frames.iter().map(|_| vec![]).collect();
         self.tasks.drain(..).for_each(|task| tasks[task.scene].push(task));
         let total: usize = tasks.iter().map(Vec::len).sum();
-        let scenes = &self.study.scenes;
+        let (scenes, candidates) = (&self.study.scenes, &self.candidates);
         let prepared = self.frames.par_iter_mut().zip(tasks).zip(scenes);
         let prepared = prepared.map(|((frames, tasks), scene)| {
             let mut progress =
                 Progress::among(&bars, scene.name.clone(), "golden model", None, quiet);
             let each = tasks.into_iter().map(|task| {
                 let case = frames.of(&*task.machine, &mut progress)?;
-                Ok((task, case))
+                let choice = &candidates[task.candidate].design.choice;
+                let machine = choice.with_room(task.machine, &case);
+                Ok((Task { machine, ..task }, case))
             });
             each.collect::<Result<Vec<(Task, Case)>, CaseError>>()
         });

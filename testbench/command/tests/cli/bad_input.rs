@@ -111,7 +111,7 @@ fn configuration_files_are_checked() {
         ),
         (
             "sections = -1\n",
-            "key `sections`: parameter `sections` is `-1`: expected a whole number from 1 to 16777216",
+            "key `sections`: parameter `sections` is `-1`: expected a whole number from 1 to 268435456",
         ),
         (
             "scna = \"bitmap\"\n",

@@ -166,7 +166,7 @@ fn a_store_has_its_own_parameters() {
     };
     message(
         &["-p", "tbuffer.sections=0"],
-        "-p tbuffer.sections=0: parameter `tbuffer.sections` is `0`: expected a whole number from 1 to 16777216",
+        "-p tbuffer.sections=0: parameter `tbuffer.sections` is `0`: expected a whole number from 1 to 268435456",
     );
     message(
         &["-p", "transparency=tbuffer", "-p", "tbuffer.allocator=bitmap"],

@@ -23,6 +23,7 @@ mod page;
 mod partial;
 mod reproduce;
 mod results;
+mod size;
 #[path = "../tools/mod.rs"]
 mod tools;
 mod view;
