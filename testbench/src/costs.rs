@@ -1,8 +1,8 @@
 //! What a run costs beside cycles: energy of a frame, area and time, of the memories on the chip and of a DRAM outside.
 //!
 //! Energy is that of the accesses that were counted, and leakage over the time of a frame. Where a frame's time comes from is the
-//! clock: the one that is given, or the fastest that the memories allow. Logic, wires between blocks and the clock tree are
-//! not among it.
+//! clock: the one that is given, or the fastest that the memories allow, and logic where it was mapped. The energy of logic, wires between
+//! blocks and the clock tree are not among it.
 
 use pellucid_machine::params::Value;
 use pellucid_machine::{MemoryTally, Tally};
@@ -70,16 +70,30 @@ pub struct MemoryCosts {
     pub access_ns: f64,
 }
 
+/// What the logic of a machine takes in the cells of a library.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Logic {
+    /// The library, and the tools.
+    pub source: String,
+    /// Area of its cells, mm2.
+    pub area_mm2: f64,
+    /// The shortest period, ns: of the longest path from a register or memory to the next; none where there is none.
+    pub period_ns: Option<f64>,
+}
+
+/// What limits a clock where a memory does not.
+const LOGIC: &str = "logic";
+
 /// The clock, and what a frame's time is by it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clock {
     /// MHz.
     pub mhz: f64,
-    /// It was given, and is not that of the slowest memory.
+    /// It was given, and is not that of the slowest part.
     pub given: bool,
-    /// The fastest that the memories allow, MHz.
+    /// The fastest that the memories allow, and logic where it is known, MHz.
     pub fastest_mhz: f64,
-    /// The memory that allows no faster one.
+    /// The memory that allows no faster one, or `logic`.
     pub slowest: String,
     /// Time of a frame, ns.
     pub frame_ns: f64,
@@ -98,6 +112,8 @@ pub struct Costs {
     pub outside: Vec<(Figure, f64)>,
     /// A memory outside was read or written.
     pub uses_outside: bool,
+    /// What the logic takes, where it was mapped.
+    pub logic: Option<Logic>,
 }
 
 /// The unit of those figures of the outside memory that are energies, over all frames.
@@ -122,21 +138,24 @@ impl Costs {
         settings: &[(String, Value)],
         tally: &Tally,
         frames: u32,
+        logic: Option<&Logic>,
     ) -> Costs {
         let frames = f64::from(frames.max(1));
         let on_chip = |memory: &&MemoryTally| !memory.info.outside;
         let priced = tally.memories.iter().filter(on_chip);
-        let priced = priced.map(|m| (m, period(&m.info, &technology.price(&memory(&m.info)))));
-        let slowest = priced.max_by(|a, b| a.1.total_cmp(&b.1));
+        let priced =
+            priced.map(|m| (&*m.name, period(&m.info, &technology.price(&memory(&m.info)))));
+        let logic_period = logic.and_then(|logic| Some((LOGIC, logic.period_ns?)));
+        let slowest = priced.chain(logic_period).max_by(|a, b| a.1.total_cmp(&b.1));
         let given = settings.iter().find_map(|(name, value)| match value {
             Value::Number(mhz) if name == CLOCK => Some(f64::from(*mhz)),
             _ => None,
         });
-        let clock = slowest.map(|(memory, period_ns)| {
+        let clock = slowest.map(|(slowest, period_ns)| {
             let fastest_mhz = 1000.0 / period_ns;
             let mhz = given.unwrap_or(fastest_mhz);
             let frame_ns = tally.cycles.total as f64 / frames * 1000.0 / mhz;
-            let slowest = memory.name.clone();
+            let slowest = slowest.to_string();
             Clock { mhz, given: given.is_some(), fastest_mhz, slowest, frame_ns }
         });
         let frame_ns = clock.as_ref().map_or(0.0, |clock| clock.frame_ns);
@@ -164,6 +183,7 @@ impl Costs {
                 .map(|figure| (figure.clone(), figure.value as f64 / 1000.0 / frames))
                 .collect(),
             uses_outside: tally.memories.iter().any(used_outside),
+            logic: logic.cloned(),
         }
     }
 

@@ -5,7 +5,7 @@ mod cases;
 pub use cases::Cases;
 
 use crate::bench::BenchError;
-use crate::costs::{Costs, Technology};
+use crate::costs::{Costs, Logic, Technology};
 use crate::golden::{Golden, GoldenError, Reference};
 use crate::image::Image;
 use crate::progress::Progress;
@@ -38,6 +38,8 @@ pub struct Case {
     pub most_cycles: Option<u64>,
     /// Where the energy and area of memories on the chip come from.
     pub technology: Arc<Technology>,
+    /// What the logic of the one machine that it is for takes, where that is known.
+    pub logic: Option<Logic>,
 }
 
 /// What a machine gave, and how it was judged.
@@ -129,6 +131,7 @@ impl Case {
                         warm_up: 0,
                         most_cycles: None,
                         technology: technology.clone(),
+                        logic: None,
                     }
                 }
             };
@@ -260,7 +263,8 @@ impl Case {
         };
         let verdict = Verdict { plays, ..verdict };
         let (screen, values) = (self.source.screen(), machine.values());
-        let costs = Costs::new(&self.technology, &values, &tally, self.frames());
+        let logic = self.logic.as_ref();
+        let costs = Costs::new(&self.technology, &values, &tally, self.frames(), logic);
         let report = Report::new(arch, &self.scene, values, screen, reference, tally, &verdict);
         let report = report.with_frames(frames).with_costs(costs);
         Ok(Trial { images, verdict, report, wave })

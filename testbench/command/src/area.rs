@@ -3,19 +3,17 @@
 mod standard;
 
 use super::machine::MachineArgs;
-use super::technology::TechnologyArgs;
+use super::technology::{LibertyArgs, TechnologyArgs};
 use super::{say, side};
 use clap::Args;
 use comfy_table::{Table, presets};
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_testbench::area::liberty::Library;
-use pellucid_testbench::area::standard::{self as cells, DEFAULT_LIBRARY};
+use pellucid_testbench::area::standard as cells;
 use pellucid_testbench::area::{Area, Cells, Part, measure};
 use pellucid_testbench::export::modules;
 use pellucid_testbench::report::{align_right, config_json, grouped};
 use serde_json::{Value as Json, json};
-use std::path::PathBuf;
 
 /// What the figures mean.
 const LEGEND: &str = "A block's figures include all that is in it. Cells are those of the Xilinx 7 \
@@ -35,10 +33,8 @@ pub(super) struct AreaArgs {
     /// Rows of the screen, 1 to 8192
     #[arg(long, value_name = "PIXELS", default_value = "480", value_parser = side, allow_hyphen_values = true)]
     height: u32,
-    /// Map to the standard cells of a library, a Liberty file that may be packed with gzip, and time them by OpenSTA; without FILE to those
-    /// of Debian's package qflow-tech-osu018. Memories are priced as in a run
-    #[arg(long, value_name = "FILE.lib", num_args = 0..=1, default_missing_value = DEFAULT_LIBRARY)]
-    liberty: Option<PathBuf>,
+    #[command(flatten)]
+    liberty: LibertyArgs,
     #[command(flatten)]
     technology: TechnologyArgs,
     /// Print as JSON
@@ -54,7 +50,7 @@ pub(super) fn area(args: &AreaArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
     let screen = Screen { width: args.width, height: args.height, background: 0 };
     let technology = args.technology.open()?;
-    let library = args.liberty.as_deref().map(Library::open).transpose()?;
+    let library = args.liberty.open()?;
     let machine = args.machine.build(screen)?;
     let netlist = machine.netlist();
     let modules = modules(arch.name, screen, &*machine, &netlist);

@@ -1,7 +1,7 @@
 //! `pellucid compare`: several machines on several scenes, side by side.
 
 use super::machine::Choice;
-use super::technology::TechnologyArgs;
+use super::technology::{LibertyArgs, TechnologyArgs, logic_in};
 use super::{DEFAULT_SCENE, ViewArgs, finished, not_right, passes, quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
@@ -39,6 +39,8 @@ pub(super) struct CompareArgs {
     warm_up: u32,
     #[command(flatten)]
     technology: TechnologyArgs,
+    #[command(flatten)]
+    liberty: LibertyArgs,
     /// The folder for compare.html, compare.json and compare.csv
     #[arg(long, default_value = "pellucid-compare", value_name = "DIR")]
     out: PathBuf,
@@ -78,6 +80,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     let unasked = args.machine.is_empty();
     once("--scene", &args.scene)?;
     let technology = Arc::new(args.technology.open()?);
+    let library = args.liberty.open()?;
     let sources: Vec<(&String, Source)> = args
         .scene
         .iter()
@@ -113,7 +116,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
             Ok(cases)
         })
         .collect();
-    let cases: Vec<Vec<Case>> = cases.into_iter().collect::<Result<_, _>>()?;
+    let mut cases: Vec<Vec<Case>> = cases.into_iter().collect::<Result<_, _>>()?;
     let machines: Vec<Vec<Box<dyn Model>>> = machines
         .into_iter()
         .zip(&cases)
@@ -122,6 +125,12 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
             each.map(|((choice, machine), case)| choice.with_room(machine, case)).collect()
         })
         .collect();
+    for (machines, cases) in machines.iter().zip(&mut cases) {
+        for ((choice, machine), case) in choices.iter().zip(machines).zip(cases) {
+            let arch = choice.arch.name;
+            case.logic = logic_in(library.as_ref(), arch, &**machine, &technology, args.quiet)?;
+        }
+    }
     let planned: Vec<Planned> = cases
         .iter()
         .zip(&machines)
@@ -227,6 +236,7 @@ fn command(args: &CompareArgs, choices: &[Choice]) -> String {
     }
     words.extend(args.view.given());
     words.extend(args.technology.given());
+    words.extend(args.liberty.given());
     if args.warm_up > 0 {
         words.push(format!("--warm-up {}", args.warm_up));
     }

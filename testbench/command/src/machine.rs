@@ -25,6 +25,10 @@ pub(super) struct MachineArgs {
     /// among them
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+    /// What the commands of the DRAM outside take, in place of what its part says: a file with a section `[energy]`; the same as
+    /// `-p dram_energy=FILE.toml`
+    #[arg(long, value_name = "FILE.toml")]
+    energy: Option<String>,
     /// A parameter of the architecture, or of the memory outside; goes over the file's; may be given several times, the last
     /// value of a parameter counts
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
@@ -142,6 +146,11 @@ impl MachineArgs {
             over.or(in_file)
         };
         let (arch, preset) = (take("arch", &self.arch), take("preset", &self.preset));
+        parameters.extend(self.energy.iter().map(|file| Setting {
+            name: "dram_energy".to_string(),
+            value: file.clone(),
+            origin: format!("--energy {file}"),
+        }));
         for text in &self.param {
             parameters.push(settings::parse(text, format!("-p {text}"))?);
         }

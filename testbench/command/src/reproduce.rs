@@ -6,6 +6,7 @@ mod dfb;
 mod fbuffer;
 mod frames;
 mod kept;
+mod price;
 mod results;
 mod tbuffer;
 

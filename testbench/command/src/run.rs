@@ -2,7 +2,7 @@
 
 use super::check::check;
 use super::machine::MachineArgs;
-use super::technology::TechnologyArgs;
+use super::technology::{LibertyArgs, TechnologyArgs, logic_in};
 use super::wave::WaveArgs;
 use super::{SceneArgs, complain, finished, not_right, passes, quoted, say, tell};
 use anyhow::bail;
@@ -46,6 +46,8 @@ pub(super) struct RunArgs {
     out: PathBuf,
     #[command(flatten)]
     technology: TechnologyArgs,
+    #[command(flatten)]
+    liberty: LibertyArgs,
     /// Dropped fragments are no failure, only a warning
     #[arg(long)]
     allow_drops: bool,
@@ -91,6 +93,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     }
     let arch = args.machine.arch()?;
     let technology = Arc::new(args.technology.open()?);
+    let library = args.liberty.open()?;
     let source = view.open(scene, walk)?;
     has_frames(scene, &source, args.frames)?;
     let screen = source.screen();
@@ -103,6 +106,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let case = case.with_frames(args.frames, &*machine, &mut progress)?;
     let case = Case { technology, ..case };
     let machine = args.machine.with_room(machine, &case)?;
+    let logic = logic_in(library.as_ref(), arch.name, &*machine, &case.technology, args.quiet)?;
+    let case = Case { logic, ..case };
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
     progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);

@@ -94,6 +94,19 @@ const SHIPPED: [(&str, &str); 4] = [
     ("hbm3-6400", include_str!("parts/hbm3-6400.toml")),
 ];
 
+/// A file's path as errors call it, and its text.
+fn read(path: &Path) -> Result<(String, String), PartError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => Ok((file, text)),
+        Err(error) => Err(PartError::Read { file, error }),
+    }
+}
+
+fn table(file: &str, text: &str) -> Result<toml::Table, PartError> {
+    text.parse().map_err(|error| PartError::Syntax { file: file.to_string(), error })
+}
+
 impl Part {
     /// Names of the parts that are shipped.
     pub const NAMES: [&str; 4] = [SHIPPED[0].0, SHIPPED[1].0, SHIPPED[2].0, SHIPPED[3].0];
@@ -122,11 +135,8 @@ impl Part {
     /// # Errors
     /// The file cannot be read, or [`Part::parse`] refuses it.
     pub fn open(path: &Path) -> Result<Part, PartError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Part::parse(&file, &text),
-            Err(error) => Err(PartError::Read { file, error }),
-        }
+        let (file, text) = read(path)?;
+        Part::parse(&file, &text)
     }
 
     /// A part from the text of a file; `file` is what errors call it.
@@ -134,8 +144,7 @@ impl Part {
     /// # Errors
     /// The text is no TOML, a key is unknown or missing, a value is out of its range, or values contradict each other.
     pub fn parse(file: &str, text: &str) -> Result<Part, PartError> {
-        let table: toml::Table =
-            text.parse().map_err(|error| PartError::Syntax { file: file.to_string(), error })?;
+        let table = table(file, text)?;
         let keys = Keys { file };
         keys.known("", &table, &["name", "organisation", "timing", "energy"])?;
         let name = keys.text("name", table.get("name"))?.to_string();

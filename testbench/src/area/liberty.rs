@@ -3,7 +3,8 @@
 use flate2::read::MultiGzDecoder;
 use std::collections::HashMap;
 use std::io::Read;
-use std::path::Path;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// What is wrong with a library's file.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +44,8 @@ struct Group {
     arguments: String,
     attributes: Vec<(String, String)>,
     groups: Vec<Group>,
+    /// Where it stands in its text.
+    span: Range<usize>,
 }
 
 impl Group {
@@ -52,6 +55,11 @@ impl Group {
 
     fn number(&self, name: &str) -> Option<f64> {
         self.attribute(name)?.parse().ok().filter(|number: &f64| number.is_finite())
+    }
+
+    /// Its text.
+    fn text<'a>(&self, of: &'a str) -> &'a str {
+        &of[self.span.clone()]
     }
 
     fn all(&self, name: &str) -> impl Iterator<Item = &Group> {
@@ -80,6 +88,8 @@ pub struct Library {
 struct Tokens<'a> {
     rest: &'a str,
     line: usize,
+    /// Bytes of the whole text.
+    length: usize,
 }
 
 #[derive(Debug, PartialEq)]
@@ -90,6 +100,15 @@ enum Token<'a> {
 }
 
 impl<'a> Tokens<'a> {
+    fn new(text: &'a str) -> Tokens<'a> {
+        Tokens { rest: text, line: 1, length: text.len() }
+    }
+
+    /// Where it is.
+    fn at(&self) -> usize {
+        self.length - self.rest.len()
+    }
+
     fn skip(&mut self, bytes: usize) {
         self.line += self.rest[..bytes].matches('\n').count();
         self.rest = &self.rest[bytes..];
@@ -150,6 +169,7 @@ impl<'a> Tokens<'a> {
                 Token::End => return Err(format!("the file ends within `{name}`: expected `}}`")),
                 other => return Err(format!("{}: expected a name", shown(&other))),
             };
+            let from = self.at() - name.len();
             match self.next()? {
                 Token::Sign(':') => {
                     let value = self.value()?;
@@ -157,10 +177,11 @@ impl<'a> Tokens<'a> {
                 }
                 Token::Sign('(') => {
                     let arguments = self.arguments()?;
-                    let mut ahead = Tokens { rest: self.rest, line: self.line };
+                    let mut ahead = Tokens { ..*self };
                     if ahead.next()? == Token::Sign('{') {
                         *self = ahead;
-                        group.groups.push(self.group(name, arguments, false)?);
+                        let inner = self.group(name, arguments, false)?;
+                        group.groups.push(Group { span: from..self.at(), ..inner });
                     } else {
                         group.attributes.push((name.to_string(), arguments));
                     }
@@ -229,26 +250,105 @@ fn inverter(cell: &Group) -> Option<f64> {
     inverts.then(|| input.number("capacitance")).flatten().filter(|load| *load > 0.0)
 }
 
+/// A file's path as errors call it, and its text, unpacked.
+fn read(path: &Path) -> Result<(String, String), LibertyError> {
+    let file = path.display().to_string();
+    let unpacked = || -> std::io::Result<String> {
+        let bytes = std::fs::read(path)?;
+        let mut text = String::new();
+        match bytes.starts_with(&[0x1f, 0x8b]) {
+            true => MultiGzDecoder::new(&bytes[..]).read_to_string(&mut text)?,
+            false => (&bytes[..]).read_to_string(&mut text)?,
+        };
+        Ok(text)
+    };
+    match unpacked() {
+        Ok(text) => Ok((file, text)),
+        Err(error) => Err(LibertyError::Read { file, error }),
+    }
+}
+
+/// The group of the library in a text.
+fn library_of(file: &str, text: &str) -> Result<Group, LibertyError> {
+    let mut tokens = Tokens::new(text);
+    let whole = tokens.group("file", String::new(), true);
+    let whole = whole.map_err(|problem| LibertyError::Syntax {
+        file: file.to_string(),
+        line: tokens.line,
+        problem,
+    })?;
+    let mut groups = whole.groups.into_iter();
+    groups.find(|group| group.name == "library").ok_or_else(|| LibertyError::Missing {
+        file: file.to_string(),
+        problem: "no `library`: expected one".to_string(),
+    })
+}
+
+/// Groups of a library that areas and times come from.
+const PARTS: [&str; 3] = ["cell", "lu_table_template", "type"];
+
+/// The text of a library in several files: the first one, with what the others have beside it.
+fn joined(files: &[(String, String)]) -> Result<String, LibertyError> {
+    let (first, text) = &files[0];
+    let mut whole = library_of(first, text)?;
+    let known = |group: &Group, text: &str| {
+        ((group.name.clone(), group.arguments.clone()), group.text(text).to_string())
+    };
+    let mut groups: HashMap<_, _> = whole.groups.iter().map(|g| known(g, text)).collect();
+    let mut more = String::new();
+    for (file, text) in &files[1..] {
+        let wrong = |problem| LibertyError::Missing { file: file.clone(), problem };
+        let library = library_of(file, text)?;
+        for unit in ["time_unit", "capacitive_load_unit"] {
+            let (expected, found) = (whole.attribute(unit), library.attribute(unit));
+            if expected != found {
+                let shown = |unit: Option<&str>| unit.unwrap_or("missing").to_string();
+                let (expected, found) = (shown(expected), shown(found));
+                return Err(wrong(format!(
+                    "`{unit}` is {found}: expected {expected}, as in {first}"
+                )));
+            }
+        }
+        for group in &library.groups {
+            let (name, text) = known(group, text);
+            match groups.get(&name) {
+                // What cells are made of must be one thing; of all else the first counts.
+                Some(other) if *other != text && PARTS.contains(&&*name.0) => {
+                    let (kind, name) = name;
+                    return Err(wrong(format!(
+                        "`{kind} ({name})` is not that of the files before: expected it once, or alike"
+                    )));
+                }
+                Some(_) => {}
+                None => {
+                    more += &format!("{text}\n");
+                    groups.insert(name, text);
+                }
+            }
+        }
+    }
+    whole.span.end -= 1;
+    let (before, after) = text.split_at(whole.span.end);
+    Ok(format!("{before}{more}{after}"))
+}
+
 impl Library {
-    /// The library of a file, which may be packed with gzip.
+    /// The library of a file, or of several that belong together; each may be packed with gzip.
     ///
     /// # Errors
-    /// It cannot be read, is no Liberty, or lacks what is needed.
-    pub fn open(path: &Path) -> Result<Library, LibertyError> {
-        let file = path.display().to_string();
-        let read = || -> std::io::Result<String> {
-            let bytes = std::fs::read(path)?;
-            let mut text = String::new();
-            match bytes.starts_with(&[0x1f, 0x8b]) {
-                true => MultiGzDecoder::new(&bytes[..]).read_to_string(&mut text)?,
-                false => (&bytes[..]).read_to_string(&mut text)?,
-            };
-            Ok(text)
-        };
-        match read() {
-            Ok(text) => Library::parse(&file, text),
-            Err(error) => Err(LibertyError::Read { file, error }),
+    /// One cannot be read, is no Liberty, or lacks what is needed; or two of them do not go together.
+    ///
+    /// # Panics
+    /// There is no file.
+    pub fn open(paths: &[PathBuf]) -> Result<Library, LibertyError> {
+        let mut files =
+            paths.iter().map(|path| read(path)).collect::<Result<Vec<_>, LibertyError>>()?;
+        if let [_] = files[..] {
+            let (file, text) = files.remove(0);
+            return Library::parse(&file, text);
         }
+        let names: Vec<&str> = files.iter().map(|(file, _)| file.as_str()).collect();
+        Library::parse(&names.join(" + "), joined(&files)?)
     }
 
     /// The library of a text; `file` is what errors call it.
@@ -260,15 +360,7 @@ impl Library {
             file: file.to_string(),
             problem: problem.to_string(),
         };
-        let mut tokens = Tokens { rest: &text, line: 1 };
-        let whole = tokens.group("file", String::new(), true);
-        let whole = whole.map_err(|problem| LibertyError::Syntax {
-            file: file.to_string(),
-            line: tokens.line,
-            problem,
-        })?;
-        let library =
-            whole.all("library").next().ok_or_else(|| missing("no `library`: expected one"))?;
+        let library = library_of(file, &text)?;
         let mut areas = HashMap::new();
         for cell in library.all("cell") {
             let name = &cell.arguments;
@@ -366,7 +458,37 @@ mod tests {
 
     #[test]
     fn a_file_that_is_not_there_is_named() {
-        let error = Library::open(Path::new("none.lib")).unwrap_err().to_string();
+        let error = Library::open(&["none.lib".into()]).unwrap_err().to_string();
         assert_eq!(error, "none.lib: No such file or directory (os error 2)");
+    }
+
+    #[test]
+    fn files_that_belong_together_are_one_library() {
+        let folder = tempfile::tempdir().unwrap();
+        let head = "library (more) { time_unit : \"10ps\";\n capacitive_load_unit (1, pf);\n";
+        let template = "lu_table_template (t) { variable_1 : x; }\n";
+        let open = |second: &str| {
+            let paths = ["a.lib", "b.lib"].map(|name| folder.path().join(name));
+            let first = SMALL.replacen("  cell (INV1)", &format!("  {template}  cell (INV1)"), 1);
+            std::fs::write(&paths[0], first).unwrap();
+            std::fs::write(&paths[1], second).unwrap();
+            let folder = format!("{}/", folder.path().display());
+            let shorter = |text: String| text.replace(&folder, "");
+            Library::open(&paths).map_err(|error| shorter(error.to_string()))
+        };
+        let whole = open(&format!("{head}{template}cell (FF) {{ area : 9; }} }}\n")).unwrap();
+        let areas = ["INV1", "NAND", "FF"].map(|cell| whole.area(cell));
+        assert_eq!(areas, [Some(2.0), Some(3.5), Some(9.0)]);
+        assert_eq!(whole.text.matches("lu_table_template").count(), 1);
+        // What is one library now can be read as one.
+        assert_eq!(library_of("whole", &whole.text).unwrap().all("cell").count(), 3);
+        assert_eq!(
+            open(&format!("{head}lu_table_template (t) {{ variable_1 : y; }} }}")).unwrap_err(),
+            "b.lib: `lu_table_template (t)` is not that of the files before: expected it once, or alike"
+        );
+        assert_eq!(
+            open(&head.replace("10ps", "1ps").replace("pf);", "pf); }")).unwrap_err(),
+            "b.lib: `time_unit` is 1ps: expected 10ps, as in a.lib"
+        );
     }
 }

@@ -8,7 +8,9 @@ use super::liberty::Library;
 use super::tool::{self, Tool};
 use super::tree::Tree;
 use super::{AreaError, YOSYS, cache, cells};
-use crate::costs::{Memory, Technology, memory};
+use crate::costs::{Logic, Memory, Technology, memory};
+use crate::export::modules;
+use pellucid_machine::Model;
 use pellucid_sim::netlist::Module;
 use pellucid_verilog::File;
 use pellucid_verilog::macros::{Macro, with_macros};
@@ -299,6 +301,27 @@ pub fn measure(
         longest: follow(&said, &tree, library.time_ns),
         blocks,
         kinds,
+    })
+}
+
+/// What the logic of a machine of the architecture `arch` takes.
+///
+/// # Errors
+/// As [`measure`].
+pub fn logic(
+    arch: &'static str,
+    machine: &dyn Model,
+    library: &Library,
+    technology: &Technology,
+    quiet: bool,
+) -> Result<Logic, AreaError> {
+    let netlist = machine.netlist();
+    let modules = modules(arch, machine.screen(), machine, &netlist);
+    let silicon = measure(&netlist, &modules, library, technology, quiet)?;
+    Ok(Logic {
+        source: format!("{}, by {}", silicon.library, silicon.tools.join(" and ")),
+        area_mm2: silicon.blocks.first().map_or(0.0, |whole| whole.logic_mm2),
+        period_ns: silicon.longest.map(|path| path.period_ns),
     })
 }
 

@@ -29,7 +29,7 @@ fn tally(memories: Vec<MemoryTally>) -> Tally {
 }
 
 fn costs(tally: &Tally, settings: &[(String, Value)], frames: u32) -> Costs {
-    Costs::new(&Technology::default(), settings, tally, frames)
+    Costs::new(&Technology::default(), settings, tally, frames, None)
 }
 
 fn given(mhz: u32) -> Vec<(String, Value)> {
@@ -169,5 +169,21 @@ proptest! {
                 prop_assert!(twice(one.writes_nj, two.writes_nj), "{one:?} {two:?}");
             }
         }
+    }
+}
+
+/// The slower of memories and logic says how fast the clock is.
+#[test]
+fn logic_may_be_slower_than_memories() {
+    let tally = tally(vec![memory("a", 3000, 1000)]);
+    for (period, slowest) in [(0.5, "a"), (0.6, "logic")] {
+        let source = "cells".to_string();
+        let logic = Logic { source, area_mm2: 0.25, period_ns: Some(period) };
+        let costs = Costs::new(&Technology::default(), &[], &tally, 1, Some(&logic));
+        let clock = costs.clock.as_ref().unwrap();
+        assert_eq!(clock.slowest, slowest);
+        near(clock.fastest_mhz, 1000.0 / period.max(0.579749));
+        near(clock.frame_ns, 4000.0 * period.max(0.579749));
+        near(costs.area_mm2(), 0.208251);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::timing::{DramTiming, word_bytes};
 use crate::costs::CLOCK;
-use pellucid_dram::{Config, Dram, Mapping, Page, Part, PartError, Refresh, Scheduler};
+use pellucid_dram::{Config, Dram, Energy, Mapping, Page, Part, PartError, Refresh, Scheduler};
 use pellucid_machine::architecture::{Setting, quoted};
 use pellucid_machine::params::{
     Param, ParamError, ParamType, Value, did_you_mean, nearest, one_of,
@@ -58,7 +58,12 @@ pub enum BoardError {
 struct Chosen {
     dram: Config,
     clock_mhz: u32,
+    /// The file that says what commands take, or [`OF_PART`].
+    energy: String,
 }
+
+/// What commands take is said by the part.
+const OF_PART: &str = "part";
 
 /// A setting of a DRAM, or of the clock beside it.
 struct Field {
@@ -78,7 +83,7 @@ const MOST_RANKS: u32 = 128;
 const MOST_MHZ: u32 = 100_000;
 
 /// All but the memory itself.
-const FIELDS: [Field; 7] = [
+const FIELDS: [Field; 8] = [
     Field {
         name: "dram_channels",
         unit: "channels",
@@ -128,6 +133,14 @@ const FIELDS: [Field; 7] = [
         get: |of| Value::Text(of.dram.refresh.to_string()),
     },
     Field {
+        name: "dram_energy",
+        unit: "",
+        about: "What its commands take: as the part says, or a file with a section `[energy]`.",
+        range: || format!("`{OF_PART}`, or a file (.toml)"),
+        set: |to, setting| energy(to, setting),
+        get: |of| Value::Text(of.energy.clone()),
+    },
+    Field {
         name: CLOCK,
         unit: "MHz",
         about: "The machine's clock, beside which a DRAM has its own, and by which cycles become time; where neither a DRAM nor this is \
@@ -141,7 +154,8 @@ const FIELDS: [Field; 7] = [
 impl Chosen {
     /// What is chosen where nothing but the part is said.
     fn new(part: Part) -> Chosen {
-        Chosen { dram: Config::new(part), clock_mhz: DEFAULT_CLOCK }
+        let dram = Config::new(part);
+        Chosen { dram, clock_mhz: DEFAULT_CLOCK, energy: OF_PART.to_string() }
     }
 
     /// The memory beside a machine of that clock.
@@ -219,6 +233,18 @@ fn power_of_two(setting: &Setting, to: u32) -> Result<u32, BoardError> {
 fn clock(setting: &Setting) -> Result<u32, BoardError> {
     let mhz = u32::parse(&setting.value, &(1..=MOST_MHZ));
     mhz.ok_or_else(|| wrong(setting, u32::expected(&(1..=MOST_MHZ))))
+}
+
+fn energy(to: &mut Chosen, setting: &Setting) -> Result<(), BoardError> {
+    if setting.value != OF_PART {
+        let energy = Energy::open(Path::new(&setting.value));
+        to.dram.part.energy = Some(energy.map_err(|error| BoardError::Part {
+            origin: setting.origin.clone(),
+            error: Box::new(error),
+        })?);
+        to.energy = setting.value.clone();
+    }
+    Ok(())
 }
 
 /// The part of that name, or of that file.

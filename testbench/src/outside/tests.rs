@@ -183,7 +183,7 @@ fn what_is_wrong_is_named() {
     assert_eq!(
         refused(&[("outsid", "ddr4-3200")]),
         "-p outsid=ddr4-3200: unknown parameter `outsid` (did you mean `outside`?); known are `outside`, \
-         `dram_channels`, `dram_ranks`, `dram_mapping`, `dram_scheduler`, `dram_page`, `dram_refresh`, `clock_mhz`"
+         `dram_channels`, `dram_ranks`, `dram_mapping`, `dram_scheduler`, `dram_page`, `dram_refresh`, `dram_energy`, `clock_mhz`"
     );
     assert_eq!(
         refused(&[("outside", "ddr4-3200"), ("dram_ranks", "16")]),
@@ -201,7 +201,7 @@ fn what_is_wrong_is_named() {
     assert_eq!(
         refused(&[("outside", "ddr4-3200"), ("dram_chanels", "2")]),
         "-p dram_chanels=2: unknown parameter `dram_chanels` (did you mean `dram_channels`?); known are `outside`, \
-         `dram_channels`, `dram_ranks`, `dram_mapping`, `dram_scheduler`, `dram_page`, `dram_refresh`, `clock_mhz`"
+         `dram_channels`, `dram_ranks`, `dram_mapping`, `dram_scheduler`, `dram_page`, `dram_refresh`, `dram_energy`, `clock_mhz`"
     );
     assert_eq!(
         refused(&[("outside", "ddr4-3200"), ("clock_mhz", "0")]),

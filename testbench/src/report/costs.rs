@@ -1,7 +1,7 @@
 //! The figures of energy, area and time in a report.
 
 use super::entry::{Basis, Entry};
-use crate::costs::{CLOCK, Clock, Costs, MemoryCosts};
+use crate::costs::{CLOCK, Clock, Costs, Logic, MemoryCosts};
 use pellucid_machine::Tally;
 use serde_json::{Value as Json, json};
 
@@ -11,6 +11,8 @@ const AREA_ERROR: &str =
 const ACCESS_ERROR: &str =
     "up to 24 % between points of the table; the table by up to a factor of two";
 const LEAKAGE_ERROR: &str = "up to 11 % between points of the table; the table by up to a factor of ten, with temperature and kind of transistor";
+const LOGIC_ERROR: &str =
+    "rows on a chip are 60 to 80 % full; wires have neither area nor length, and nothing is placed";
 const TIME_ERROR: &str = "up to 16 % between points of the table; logic and wires may be slower";
 const CLOCK_ERROR: &str = "nothing says that a given clock is kept; else up to 16 % between points of the table, and logic and wires may be slower";
 const OUTSIDE_ERROR: &str = "currents are the most that a data sheet allows: real devices were measured far below; no wires";
@@ -104,13 +106,26 @@ pub(super) fn entries(costs: &Costs, tally: &Tally) -> Vec<Entry> {
         let about = "Memories on the chip, frame buffers included; logic is not among it.";
         add("area", "memories", costs.area_mm2(), "mm2", about, technology, AREA_ERROR);
     }
+    if let Some(Logic { source, area_mm2, .. }) = &costs.logic {
+        let about = "Standard cells of the machine, by --liberty.";
+        add("area", "logic", *area_mm2, "mm2", about, source, LOGIC_ERROR);
+    }
     if let Some(Clock { mhz, fastest_mhz, frame_ns, .. }) = &costs.clock {
-        let source =
-            &format!("{CLOCK}, or where it is not given the slowest memory by {technology}");
-        let about = "The clock by which cycles become time: as given, or the fastest that the memories allow.";
+        let source = &format!(
+            "{CLOCK}, or where it is not given the slowest memory by {technology}, or logic by --liberty"
+        );
+        let about = "The clock by which cycles become time: as given, or the fastest that the memories allow, and logic where it is known.";
         add("time", "clock", *mhz, "MHz", about, source, CLOCK_ERROR);
-        let about = "The fastest clock that the memories on the chip allow.";
-        add("time", "fastest_clock", *fastest_mhz, "MHz", about, technology, TIME_ERROR);
+        let about =
+            "The fastest clock that the memories on the chip allow, and logic where it is known.";
+        let logic = costs.logic.as_ref();
+        let by = [technology.as_str()].into_iter().chain(logic.map(|logic| &*logic.source));
+        let by = by.collect::<Vec<_>>().join("; ");
+        add("time", "fastest_clock", *fastest_mhz, "MHz", about, &by, TIME_ERROR);
+        if let Some(Logic { source, period_ns: Some(ns), .. }) = logic {
+            let about = "The longest path of logic from a register or memory to the next, with what its end asks for.";
+            add("time", "logic_period", *ns, "ns", about, source, LOGIC_ERROR);
+        }
         let about = "Time of a frame: its cycles by the clock.";
         add("time", "frame", frame_ns / 1000.0, "us", about, source, CLOCK_ERROR);
     }
@@ -131,6 +146,11 @@ pub(super) fn headline(costs: &Costs) -> Option<String> {
         short(*mhz),
         short(on_chip / 1000.0),
     );
+    if let Some(Logic { area_mm2, period_ns, .. }) = &costs.logic {
+        text += &format!(" Logic: {} mm2", short(*area_mm2));
+        text += &period_ns.map_or(String::new(), |ns| format!(", {} ns", short(ns)));
+        text += ".";
+    }
     if *given && mhz > fastest_mhz {
         text += &format!(" {slowest} allows {} MHz.", short(*fastest_mhz));
     }

@@ -11,9 +11,9 @@ use serde_json::{Value as Json, json};
 const LEGEND: &str = "A block's figures include all that is in it. Logic is the cells alone, and nothing is placed or routed: wires take \
                       no\narea and no time. Memories are macros of the table, whatever the library's node is.\n";
 
-/// Square millimetres to four digits behind the point.
+/// Square millimetres: cells of new nodes need more digits.
 fn mm2(area: f64) -> String {
-    format!("{area:.4}")
+    if area < 0.01 { format!("{area:.6}") } else { format!("{area:.4}") }
 }
 
 /// Nanoseconds to three digits behind the point.

@@ -5,6 +5,7 @@
 //! and M-buffer, 10 for one of the R-buffer, 4 for a depth, 2 for an address; three fragments in a
 //! section of the T-buffer, two in one of the M-buffer.
 
+use super::price::Price;
 use comfy_table::{Table, presets};
 use pellucid_machine::Census;
 use pellucid_machine::params::ParamError;
@@ -45,6 +46,8 @@ pub struct Frame {
     pub rbuffer: [Need; 2],
     /// M-buffer: by the closed form, counted.
     pub mbuffer: [Need; 2],
+    /// What it costs in each of the three.
+    pub prices: [Price; 3],
 }
 
 /// `N_i` with its `i`.
@@ -61,6 +64,10 @@ fn tbuffer_bytes(census: &Census, screen: Screen, capacity: u32) -> Result<u64, 
     };
     let cfg = tbuffer::config::Config::new(screen, params)?;
     Ok(tbuffer::monitor::seed_bytes(&cfg, sections))
+}
+
+fn price(trial: &Trial) -> Price {
+    Price::read(&trial.report.json()).expect("a run has its energy and area")
 }
 
 fn counted(trial: &Trial) -> Need {
@@ -106,6 +113,7 @@ impl Frame {
             tbuffer: [t, counted(tbuffer)],
             rbuffer: [r, counted(rbuffer)],
             mbuffer: [m, counted(mbuffer)],
+            prices: [tbuffer, rbuffer, mbuffer].map(price),
             census,
             screen,
         })
@@ -229,6 +237,26 @@ impl Reproduction {
         table.to_string()
     }
 
+    /// What each frame costs in each machine.
+    fn costs(&self) -> String {
+        let mut table = Table::new();
+        table.load_style(presets::NOTHING);
+        let machines = ["T", "R", "M"];
+        let heads = Price::NAMES.iter().flat_map(|name| {
+            machines.map(|machine| format!("{machine} {}", name.split(',').next().unwrap_or(name)))
+        });
+        let head = "COSTS, nJ a frame and mm2".to_string();
+        table.add_row([head].into_iter().chain(heads).collect::<Vec<_>>());
+        for frame in &self.frames {
+            let figures = frame.prices.map(|price| price.figures());
+            let row = (0..Price::NAMES.len())
+                .flat_map(|k| figures.map(|figures| Price::shown(figures[k])));
+            table.add_row([format!("  {}", frame.name)].into_iter().chain(row).collect::<Vec<_>>());
+        }
+        align_right(&mut table, &[1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        table.to_string()
+    }
+
     /// Everything as tables.
     pub fn table(&self) -> String {
         let mut headlines = Table::new();
@@ -254,7 +282,8 @@ impl Reproduction {
         align_right(&mut capacities, &[1, 2]);
         let accesses = self.needs("ACCESSES, words", |need| need.accesses);
         let bytes = self.needs("STORAGE, bytes", |need| need.bytes);
-        at_margin(&format!("{accesses}\n{bytes}\n{headlines}\n{capacities}"))
+        let costs = self.costs();
+        at_margin(&format!("{accesses}\n{bytes}\n{headlines}\n{capacities}\n{costs}"))
     }
 
     /// Everything as JSON.
@@ -272,6 +301,11 @@ impl Reproduction {
                     "tbuffer": both(&frame.tbuffer),
                     "rbuffer": both(&frame.rbuffer),
                     "mbuffer": both(&frame.mbuffer),
+                    "costs": {
+                        "tbuffer": frame.prices[0].json(),
+                        "rbuffer": frame.prices[1].json(),
+                        "mbuffer": frame.prices[2].json(),
+                    },
                 })
             })
             .collect();

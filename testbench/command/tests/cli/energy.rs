@@ -174,3 +174,36 @@ fn what_is_wrong_with_the_table_is_named() {
     );
     assert_eq!(names(folder.path()), ["hole.csv", "word.csv"]);
 }
+
+#[test]
+fn what_commands_take_may_be_said_by_a_file() {
+    let folder = folder();
+    let file = "[energy]\nactivate_pj = 1000\nread_pj = 20\nwrite_pj = 30\nrefresh_pj = 0\nbackground_mw = 0\n";
+    fs::write(folder.path().join("my.toml"), file).unwrap();
+    // A part that says nothing of it.
+    let part = ["-p", "sections=1", "-p", "outside=hbm3-6400"];
+    let own = figures(folder.path(), &[&part[..], &["--energy", "my.toml"]].concat());
+    let outside = |name: &str| number(&own["outside"][name]);
+    let energy = |name: &str| number(&own["energy"][name]);
+    near(energy("outside_activates"), outside("row_misses") + outside("row_conflicts"));
+    // Bursts of 32 bytes.
+    let bursts = energy("outside_reads") / 0.02 + energy("outside_writes") / 0.03;
+    near(bursts, outside("bytes_moved") / 32.0);
+    assert_eq!(own["energy"]["outside_background"], 0);
+    assert_eq!(own["config"]["dram_energy"], "my.toml");
+    let same = figures(folder.path(), &[&part[..], &["-p", "dram_energy=my.toml"]].concat());
+    assert_eq!(same["energy"], own["energy"]);
+
+    fs::write(folder.path().join("hole.toml"), file.replace("read_pj = 20\n", "")).unwrap();
+    let run = |args: &[&'static str]| [&["run"], &part[..], args].concat();
+    refused(
+        folder.path(),
+        &run(&["--energy", "hole.toml"]),
+        "--energy hole.toml: hole.toml: `energy.read_pj` is missing: expected a whole number from 0 to 1000000000",
+    );
+    refused(
+        folder.path(),
+        &["run", "--energy", "my.toml"],
+        "--energy my.toml: `dram_energy` needs a DRAM: expected `outside=` and a part",
+    );
+}

@@ -40,6 +40,9 @@ fn the_t_buffer_paper_comes_out() {
             let need = serde_json::json!({ "accesses": accesses, "bytes": bytes });
             assert_eq!(frame[arch]["closed_form"], need, "{name}, {arch}");
             assert_eq!(frame[arch]["counted"], need, "{name}, {arch}");
+            // The R-buffer sends fragments round: of the three it reads and writes most.
+            let accesses_nj = |arch: &str| frame["costs"][arch]["accesses_nj"].as_f64().unwrap();
+            assert!(accesses_nj(arch) > 0.0 && accesses_nj(arch) <= accesses_nj("rbuffer"));
         }
         let [t, r, m] = forms.map(|need| need.map(|n| n as f64));
         let pairs = [(t[0], r[0]), (t[0], m[0]), (t[1], r[1]), (t[1], m[1])];

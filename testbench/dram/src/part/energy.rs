@@ -1,7 +1,8 @@
 //! What commands take.
 
-use super::PartError;
-use super::keys::Section;
+use super::keys::{Keys, Section};
+use super::{PartError, read, table};
+use std::path::Path;
 
 /// Energy by commands, of all devices of a rank together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,15 @@ pub struct Energy {
 const MOST: u64 = 1_000_000_000;
 
 impl Energy {
+    /// That of a user's file, from its section `[energy]`: the file of a part, or one with nothing else.
+    ///
+    /// # Errors
+    /// The file cannot be read or is no TOML, or a key of the section is unknown, missing or out of its range.
+    pub fn open(path: &Path) -> Result<Energy, PartError> {
+        let (file, text) = read(path)?;
+        Energy::read(&Section::new(Keys { file: &file }, "energy", &table(&file, &text)?)?)
+    }
+
     /// From a file's section.
     pub(super) fn read(section: &Section) -> Result<Energy, PartError> {
         section.known(&["activate_pj", "read_pj", "write_pj", "refresh_pj", "background_mw"])?;

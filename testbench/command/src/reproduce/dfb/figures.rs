@@ -7,6 +7,7 @@ use super::plan::{Figure, MANAGED};
 use super::runs::{Cycles, Entry, Outcome, PHASES, Played};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
+use crate::reproduce::price::Price;
 use comfy_table::{Table, presets};
 use pellucid_testbench::plots::FiveNumbers;
 use pellucid_testbench::report::{align_right, at_margin, csv_text};
@@ -55,6 +56,24 @@ pub fn table(entries: &[Entry]) -> Vec<Vec<String>> {
     rows
 }
 
+/// What a frame of Table I costs in each of its machines, a table for each figure of a price.
+pub fn costs(entries: &[Entry]) -> Vec<Vec<String>> {
+    let mut rows = vec![];
+    for (k, name) in Price::NAMES.iter().enumerate() {
+        let machines = TABLE.iter().map(|machine| machine.name.to_string());
+        rows.push([format!("{name}, here")].into_iter().chain(machines).collect());
+        for entry in entries.iter().filter(|entry| entry.figure == Figure::Table) {
+            let mut row = vec![format!("  {}", entry.frames.size())];
+            row.extend(TABLE.iter().map(|machine| match entry.run(*machine) {
+                Some(run) => Price::shown(run.price.figures()[k]),
+                None => machine.lacks(&entry.need).unwrap_or("-").to_string(),
+            }));
+            rows.push(row);
+        }
+    }
+    rows
+}
+
 /// What memory management costs, in cycles, by a name for each way.
 pub const MANAGEMENT: [&str; 5] = [
     "dfb:fast: count and scan",
@@ -96,7 +115,7 @@ pub fn five_numbers(values: impl IntoIterator<Item = u64>) -> Option<FiveNumbers
 pub fn text(entries: &[Entry], said: &[Claim]) -> String {
     let mut tables = Table::new();
     tables.load_style(presets::NOTHING);
-    for row in table(entries) {
+    for row in table(entries).into_iter().chain(costs(entries)) {
         tables.add_row(row);
     }
     align_right(&mut tables, &[1, 2, 3, 4, 5, 6]);
@@ -151,6 +170,7 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
                         object["accesses"] =
                             json!({ "seed": run.accesses[0], "full": run.accesses[1] });
                         object["bytes_counted"] = json!(run.bytes);
+                        object["costs"] = run.price.json();
                         object["plays"] = json!(run.plays());
                         let frames = run.frames.iter().map(|Played { cycles, plays, .. }| {
                             json!({ "cycles": phases(cycles), "plays": plays })
@@ -190,7 +210,7 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
 pub fn csv(entries: &[Entry]) -> String {
     let mut text = String::from(
         "figure,scene,width,height,instances,frames,machine,frame,plays,total,count,scan,store,rebuild,resolve,bytes,\
-         accesses_seed,accesses_full,lacks\n",
+         accesses_seed,accesses_full,accesses_nj,leakage_nj,area_mm2,lacks\n",
     );
     for entry in entries {
         let (width, height) = entry.frames.screen;
@@ -203,7 +223,7 @@ pub fn csv(entries: &[Entry]) -> String {
             let run = match outcome {
                 Outcome::Run(run) => run,
                 Outcome::Lacks(why) => {
-                    text += &format!("{key},{name},all,,,,,,,,{bytes},,,{why}\n");
+                    text += &format!("{key},{name},all,,,,,,,,{bytes},,,,,,{why}\n");
                     continue;
                 }
             };
@@ -213,10 +233,12 @@ pub fn csv(entries: &[Entry]) -> String {
                 all.collect::<Vec<_>>().join(",")
             };
             let (all, [seed, full]) = (of(&run.cycles), run.accesses);
-            text += &format!("{key},{name},all,{},{all},{bytes},{seed},{full},\n", run.plays());
+            let price = run.price.figures().map(|figure| figure.to_string()).join(",");
+            let plays = run.plays();
+            text += &format!("{key},{name},all,{plays},{all},{bytes},{seed},{full},{price},\n");
             for (frame, played) in run.frames.iter().enumerate() {
                 let (plays, cycles) = (played.plays, of(&played.cycles));
-                text += &format!("{key},{name},{frame},{plays},{cycles},,,,\n");
+                text += &format!("{key},{name},{frame},{plays},{cycles},,,,,,,\n");
             }
         }
     }

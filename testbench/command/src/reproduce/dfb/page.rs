@@ -1,7 +1,7 @@
 //! The figures as a page.
 
 use super::contender::{Contender, RIVALS};
-use super::figures::{MANAGEMENT, five_numbers, management, table};
+use super::figures::{MANAGEMENT, costs, five_numbers, management, table};
 use super::plan::{Figure, MANAGED, NUMBERS, Sizes};
 use super::runs::Entry;
 use crate::reproduce::claims::{self, Claim};
@@ -38,7 +38,7 @@ fn table_1(entries: &[Entry]) -> String {
     let mut text = String::from(
         "<h2>Table I</h2>\n<p>One view of one model. In brackets the speed against DFB (here: against dfb:fast).</p>\n<table>\n",
     );
-    for row in table(entries) {
+    for row in table(entries).into_iter().chain(costs(entries)) {
         let is_head = !row[0].starts_with(' ');
         let cell = |text: &String| match is_head {
             true => format!("<th>{}</th>", escaped(text)),

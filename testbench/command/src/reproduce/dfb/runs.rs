@@ -5,6 +5,7 @@ use super::need::{Need, case, need};
 use super::plan::{Figure, Planned};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::{Kept, made_of, read};
+use crate::reproduce::price::Price;
 use pellucid_testbench::output::{create_dir, put};
 use rayon::prelude::*;
 use serde_json::{Map, Value as Json, json};
@@ -59,6 +60,8 @@ pub struct Run {
     pub accesses: [u64; 2],
     /// Storage in use at the peak as the paper counts it, in bytes.
     pub bytes: u64,
+    /// What a frame costs, on the mean.
+    pub price: Price,
     /// Each by itself.
     pub frames: Vec<Played>,
 }
@@ -123,6 +126,7 @@ impl Run {
             cycles: Cycles::read(&json["cycles"])?,
             accesses: [json["accesses"]["seed"].as_u64()?, json["accesses"]["full"].as_u64()?],
             bytes: json["storage"]["seed_bytes_used"].as_u64()?,
+            price: Price::read(json)?,
             frames: frames.collect::<Option<_>>()?,
         })
     }
