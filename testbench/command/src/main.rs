@@ -62,7 +62,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Sends one frame through one architecture; leaves image, figures and waveform
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
     /// Sends scenes through several machines; leaves their figures side by side, with plots
     Compare(compare::CompareArgs),
     /// Sends scenes through every design of a study, and shows which are worth building
@@ -205,7 +205,7 @@ fn main() -> ExitCode {
     };
     // Where no handler can be set, a signal ends the process as it does any other.
     let _ = ctrlc::set_handler(stop);
-    let done = match cli.command.unwrap_or(Command::Run(cli.run)) {
+    let done = match cli.command.unwrap_or(Command::Run(Box::new(cli.run))) {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Explore(args) => explore::explore(&args),
