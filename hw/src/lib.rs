@@ -13,6 +13,7 @@ pub static ARCHITECTURES: &[&Architecture] = &[
     &pellucid_b3d::architecture::ARCHITECTURE,
     &pellucid_ppll::architecture::ARCHITECTURE,
     &pellucid_fbuffer::architecture::ARCHITECTURE,
+    &pellucid_accumulate::architecture::ARCHITECTURE,
 ];
 
 /// The architecture of that name.

@@ -136,7 +136,7 @@ impl Report {
         let f = of_memories(&tally.memories);
         f.into_iter().for_each(|f| add("storage", f.name, n(f.value), f.unit, f.about));
         let image = &verdict.image;
-        let about = "Pixels that differ from the exact blend.";
+        let about = "Pixels that differ from the exact blend, or from the exact mean of several frames, rounded once.";
         add("image", "mismatched_pixels", n(image.mismatched_pixels), "pixels", about);
         let about = "The largest difference of a channel, 0 to 255.";
         add("image", "max_error", n(image.max_error.into()), "levels", about);

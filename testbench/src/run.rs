@@ -12,7 +12,8 @@ pub struct Job<'a> {
     /// The first frame.
     pub source: &'a Source,
     /// How many there are, played in a row: the next one may come while the one before is still being shown. Each is
-    /// as [`Source::later`] has it, so that there is more than one only where that gives any.
+    /// as [`Source::later`] has it, or the first one again where that gives none. A machine that makes one image of several
+    /// has as many as make whole images.
     pub frames: u32,
     /// How often they are played before the time that counts, so that memories and free sections are as a running
     /// machine has them.
@@ -27,7 +28,7 @@ pub struct Job<'a> {
 
 /// What a run gives.
 pub struct Outcome {
-    /// The images, one for each frame.
+    /// The images: one for each frame, or for as many as the machine accumulates.
     pub images: Vec<Image>,
     /// What was counted.
     pub tally: Tally,
@@ -82,7 +83,7 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
                 })?;
             }
             progress.turn_to("resolving");
-            bench.wait_for(frames as usize, |bench, cycles| {
+            bench.wait_for((frames / model.frames_of_image()) as usize, |bench, cycles| {
                 progress.steps(cycles);
                 within(bench)
             })?;

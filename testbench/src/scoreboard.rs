@@ -11,13 +11,17 @@ use pellucid_machine::{Arithmetic, Check, Tally};
 pub struct Verdict {
     /// How many frames were played: the images below are theirs, one below the other.
     pub frames: u32,
+    /// Frames of an image.
+    pub of_image: u32,
     /// How often they were sent, all together.
     pub plays: u64,
-    /// Rows of a frame.
+    /// Rows of an image.
     pub rows: u32,
-    /// How the machine makes colours.
-    pub arithmetic: Arithmetic,
-    /// How far the image is from the exact blend.
+    /// How the machine makes the image, as it stands in "the golden model of the ...".
+    pub arithmetic: &'static str,
+    /// What the image is compared with beside that; nothing if that is the same.
+    pub exact: Option<&'static str>,
+    /// How far the image is from the exact blend, or from the exact mean of several frames.
     pub image: Difference,
     /// How far the image is from the golden model of the machine's arithmetic.
     pub golden: Difference,
@@ -65,19 +69,33 @@ impl Verdict {
             checks.push(check("fragments culled", reference.culled, f.culled));
             checks.extend(closed_forms);
         }
-        let allowed = |x: u32, y: u32| {
-            let pixel = y as usize * reference.image.width as usize + x as usize;
-            (arithmetic.error_bound)(reference.layers[pixel])
+        let (golden, name, exact) = match &reference.accumulated {
+            Some(by) => (&by.image, by.name, Some("exact mean")),
+            None if arithmetic == Arithmetic::BLEND => (&reference.image, arithmetic.name, None),
+            None => (reference.image_by(arithmetic), arithmetic.name, Some(Arithmetic::BLEND.name)),
         };
+        let allowed = |x: u32, y: u32| match &reference.accumulated {
+            Some(by) => by.error_bound,
+            None => {
+                let pixel = y as usize * reference.image.width as usize + x as usize;
+                (arithmetic.error_bound)(reference.layers[pixel])
+            }
+        };
+        let error_bound = || (arithmetic.error_bound)(reference.max_layers);
         Verdict {
             frames: 1,
+            of_image: reference.accumulated.as_ref().map_or(1, |by| by.frames),
             plays: 1,
             rows: reference.image.height,
-            arithmetic,
+            arithmetic: name,
+            exact,
             image: image.compare(&reference.image),
-            golden: image.compare(reference.image_by(arithmetic)),
+            golden: image.compare(golden),
             beyond: image.compare_within(&reference.image, allowed),
-            error_bound: (arithmetic.error_bound)(reference.max_layers),
+            error_bound: reference
+                .accumulated
+                .as_ref()
+                .map_or_else(error_bound, |by| by.error_bound),
             dropped: f.dropped,
             dropped_since: tally.dropped_since,
             wrong: checks.into_iter().filter(|c| c.expected != c.found).collect(),
@@ -87,7 +105,13 @@ impl Verdict {
     /// The same of several frames of one size, which were judged as one: [`Reference::stacked`].
     #[must_use]
     pub fn of_frames(self, frames: u32) -> Verdict {
-        Verdict { frames, rows: self.rows / frames, ..self }
+        let verdict = Verdict { frames, ..self };
+        Verdict { rows: verdict.rows / verdict.images(), ..verdict }
+    }
+
+    /// Images that the frames made.
+    fn images(&self) -> u32 {
+        self.frames / self.of_image
     }
 
     /// Whether the image is the one that the machine's arithmetic makes of all fragments.
@@ -123,20 +147,20 @@ impl Verdict {
     /// What is right, in a sentence; nothing if there is a fault.
     pub fn approval(&self) -> Option<String> {
         let Difference { mismatched_pixels, max_error, .. } = self.image;
-        let images = match self.frames {
+        let images = match self.images() {
             1 => "The image equals".to_string(),
-            frames => format!("Each of the {frames} images equals"),
+            images => format!("Each of the {images} images equals"),
         };
-        let name = self.arithmetic.name;
+        let name = self.arithmetic;
         self.is_right().then(|| {
-            if self.arithmetic == Arithmetic::BLEND {
+            let Some(exact) = self.exact else {
                 return format!(
                     "{images} the golden model's, bit for bit, and every count its closed form."
                 );
-            }
+            };
             format!(
                 "{images} the golden model of its {name}, bit for bit, and every count its closed form. \
-                 {mismatched_pixels} pixels differ from the exact blend, by {max_error} of 255 at most; its \
+                 {mismatched_pixels} pixels differ from the {exact}, by {max_error} of 255 at most; its \
                  arithmetic allows {}.",
                 self.error_bound
             )
@@ -148,21 +172,26 @@ impl Verdict {
         let Difference { mismatched_pixels: pixels, max_error: most, first } = difference;
         let (x, y) = (*first)?;
         let (frame, y) = (y / self.rows, y % self.rows);
-        let of = if self.frames > 1 { format!(" of frame {frame}") } else { String::new() };
+        let of = match self.images() {
+            1 => String::new(),
+            _ if self.of_image > 1 => format!(" of image {frame}"),
+            _ => format!(" of frame {frame}"),
+        };
         Some(format!("{pixels} pixels {how}, by {most} at most, the first at x={x} y={y}{of}"))
     }
 
     /// One sentence per fault; empty if there is none.
     pub fn faults(&self) -> Vec<String> {
         let mut faults = vec![];
-        let (golden, beyond) = if self.arithmetic == Arithmetic::BLEND {
+        let (golden, beyond) = match self.exact {
             // Both would say the same.
-            (self.told(&self.golden, "differ from the golden model"), None)
-        } else {
-            let name = self.arithmetic.name;
-            let golden = format!("differ from the golden model of the {name}");
-            let beyond = format!("are farther from the exact blend than the {name} allows");
-            (self.told(&self.golden, &golden), self.told(&self.beyond, &beyond))
+            None => (self.told(&self.golden, "differ from the golden model"), None),
+            Some(exact) => {
+                let name = self.arithmetic;
+                let golden = format!("differ from the golden model of the {name}");
+                let beyond = format!("are farther from the {exact} than the {name} allows");
+                (self.told(&self.golden, &golden), self.told(&self.beyond, &beyond))
+            }
         };
         if self.dropped > 0 {
             let difference = golden.map(|text| format!("; {text}")).unwrap_or_default();

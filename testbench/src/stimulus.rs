@@ -8,10 +8,10 @@ use pellucid_machine::{Item, Model};
 /// See the module's description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stimulus {
-    /// One frame, as fast as the machine takes it.
+    /// One frame, or as often as an image takes, as fast as the machine takes it.
     Plain,
     /// Half a frame, a reset, the frame, and three times less and less of it, so that what is not cleared in between is
-    /// seen, in each of two banks, too; the source pauses, and the display and the outside memory stall.
+    /// seen, in each of two banks, too, and again where whole images take more frames; the source pauses, and the display and the outside memory stall.
     Stress,
 }
 
@@ -40,9 +40,11 @@ impl Stimulus {
         source: &Source,
         machine: &dyn Model,
     ) -> Result<(), BenchError> {
-        let kind = machine.kind();
+        let (kind, of_image) = (machine.kind(), machine.frames_of_image() as usize);
         if self == Stimulus::Plain {
-            bench.frame(|bench| source.play(kind, &mut |item| bench.send(item)))?;
+            for _ in 0..of_image {
+                bench.frame(|bench| source.play(kind, &mut |item| bench.send(item)))?;
+            }
             return bench.wait_for(1, |_, _| Ok(()));
         }
         let mut items = 0u64;
@@ -73,7 +75,8 @@ impl Stimulus {
         })?;
         bench.reset();
         // The next frame comes in while the one before is still being shown.
-        for of_eight in FRAMES {
+        let frames = FRAMES.len().next_multiple_of(of_image);
+        for of_eight in FRAMES.into_iter().cycle().take(frames) {
             bench.frame(|bench| {
                 let mut n = 0;
                 source.play(kind, &mut |item| {
@@ -82,6 +85,6 @@ impl Stimulus {
                 })
             })?;
         }
-        bench.wait_for(FRAMES.len(), |_, _| Ok(()))
+        bench.wait_for(frames / of_image, |_, _| Ok(()))
     }
 }

@@ -44,7 +44,7 @@ pub struct Case {
 
 /// What a machine gave, and how it was judged.
 pub struct Trial {
-    /// Its images, one for each frame.
+    /// Its images: one for each frame, or for as many as the machine accumulates.
     pub images: Vec<Image>,
     /// Whether they are right.
     pub verdict: Verdict,
@@ -135,26 +135,30 @@ impl Case {
                     }
                 }
             };
-            cases.push(case);
+            let of_image = machines[k].frames_of_image();
+            cases.push(case.with_frames(of_image, machines[k], progress)?);
         }
         Ok(cases)
     }
 
-    /// The case with so many frames in all, for the one machine that it is for.
+    /// The case with so many frames in all, for the one machine that it is for. Of a source that is one frame alone each is
+    /// that one.
     ///
     /// # Errors
     /// As [`Case::new`].
-    ///
-    /// # Panics
-    /// The source is one frame alone.
     pub fn with_frames(
         self,
         frames: u32,
         machine: &dyn Model,
         progress: &mut Progress,
     ) -> Result<Case, CaseError> {
+        if frames == self.frames() {
+            return Ok(self);
+        }
         let later = (1..frames).map(|number| {
-            let source = self.source.later(number)?.expect("a source of several frames");
+            let Some(source) = self.source.later(number)? else {
+                return Ok((*self.reference).clone());
+            };
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
             Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
         });
@@ -247,15 +251,19 @@ impl Case {
         let frames = references.clone().zip(&played);
         let frames = frames.map(|(frame, played)| Frame::new(frame, played)).collect();
         let plays = played.iter().map(|frame| frame.plays).sum();
-        let arithmetic = machine.arithmetic();
+        let (arithmetic, accumulation) = (machine.arithmetic(), machine.accumulation());
         let several;
-        let (reference, verdict) = match &images[..] {
-            [image] => {
+        let (reference, verdict) = match (&images[..], accumulation) {
+            ([image], None) => {
                 let reference = &*self.reference;
                 (reference, Verdict::new(reference, arithmetic, image, &tally, closed_forms))
             }
-            images => {
-                several = Reference::stacked(references);
+            (images, accumulation) => {
+                let stacked = Reference::stacked(references);
+                several = match accumulation {
+                    Some(by) => stacked.accumulated(self.frames(), &by),
+                    None => stacked,
+                };
                 let image = Image::stacked(images);
                 let verdict = Verdict::new(&several, arithmetic, &image, &tally, closed_forms);
                 (&several, verdict.of_frames(self.frames()))

@@ -10,7 +10,7 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 35] = [
+pub const EVENTS: [&str; 38] = [
     "counted",
     "stored",
     "spilled",
@@ -44,6 +44,9 @@ pub const EVENTS: [&str; 35] = [
     "play_done",
     "wasted",
     "sort_pass",
+    "frame_in",
+    "node_done",
+    "image_done",
     "scanout",
     "frame_done",
 ];

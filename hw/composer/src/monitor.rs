@@ -4,12 +4,13 @@ use super::merging_unit::{Opaque, STAGES};
 use super::transparency::{Transparency, Watch};
 use super::{Composer, Config, Out, State, object_engine};
 use pellucid_blocks::sequencer::{PHASES, Phase};
+use pellucid_machine::monitor::{above, below, seen_from};
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Marked, Screen};
 use pellucid_machine::primitive::Primitive;
 use pellucid_machine::{
-    Arithmetic, Census, Check, Dealer, Fragments, Item, Machine, Memories, MemoryTally, Monitor,
-    PhaseCounts, PhaseInfo, Ports, Room, Seen, Tally, seen, waits,
+    Arithmetic, Census, Check, Dealer, Fragments, Item, Machine, Memories, Monitor, PhaseCounts,
+    PhaseInfo, Ports, Room, Seen, Tally, seen, waits,
 };
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
@@ -240,34 +241,6 @@ impl<T: Transparency> Monitor<Composer<T>> for ComposerMonitor<T> {
         tally.own.extend(behind.own);
         tally
     }
-}
-
-/// The memories whose path begins with `place`, with the rest of it, and the others.
-pub(super) fn below(
-    place: &str,
-    memories: &[(String, StorageInfo)],
-) -> [Vec<(String, StorageInfo)>; 2] {
-    let (mut inside, mut around) = (vec![], vec![]);
-    for (name, info) in memories {
-        match name.strip_prefix(place) {
-            Some(name) => inside.push((name.to_string(), *info)),
-            None => around.push((name.clone(), *info)),
-        }
-    }
-    [inside, around]
-}
-
-/// A tally as the part that is at `place` sees it: with its own memories.
-pub(super) fn seen_from(place: &str, tally: &Tally) -> Tally {
-    let memories = tally.memories.iter().filter_map(|m| {
-        m.name.strip_prefix(place).map(|name| MemoryTally { name: name.to_string(), ..*m })
-    });
-    Tally { memories: memories.collect(), ..tally.clone() }
-}
-
-/// Memories of the part that is at `place`.
-pub(super) fn above(place: &str, memories: Vec<MemoryTally>) -> impl Iterator<Item = MemoryTally> {
-    memories.into_iter().map(move |m| MemoryTally { name: format!("{place}{}", m.name), ..m })
 }
 
 /// The memories of engines of one kind as one, their numbers left out of the name.

@@ -27,6 +27,9 @@ pub struct Architecture {
     pub tight: Set,
 }
 
+/// The parameter that says of how many frames a machine makes an image, where it makes one of several: a run of so many sets it.
+pub const FRAMES: &str = "frames";
+
 /// Values for some of the parameters.
 pub type Set = &'static [(&'static str, &'static str)];
 

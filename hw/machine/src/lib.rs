@@ -8,6 +8,7 @@
 //! | [`item`] | what frames are made of, and how a machine is sent it |
 //! | [`machine`] | the contract of a machine |
 //! | [`arithmetic`] | how a machine makes a pixel's colour of its fragments |
+//! | [`accumulation`] | how a machine makes one image of several frames |
 //! | [`monitor`] | watches a machine cycle by cycle |
 //! | [`phase`] | the phases of an architecture, and its cycles in each |
 //! | [`tally`] | what a run came to |
@@ -21,6 +22,7 @@
 //! | [`params`] | parameters |
 //! | [`architecture`] | what an architecture says of itself |
 
+pub mod accumulation;
 pub mod architecture;
 pub mod arithmetic;
 pub mod board;
@@ -39,6 +41,7 @@ pub mod primitive;
 pub mod room;
 pub mod tally;
 
+pub use accumulation::Accumulation;
 pub use architecture::Architecture;
 pub use arithmetic::Arithmetic;
 pub use census::{Census, Check};

@@ -1,5 +1,6 @@
 //! What every architecture is to those who clock it, watch it and judge it.
 
+use crate::accumulation::Accumulation;
 use crate::arithmetic::Arithmetic;
 use crate::census::{Census, Check};
 use crate::item::{Item, ItemType};
@@ -48,6 +49,10 @@ pub trait Machine:
     const PHASES: &'static [PhaseInfo];
     /// How it makes colours.
     fn arithmetic(cfg: &Self::Config) -> Arithmetic;
+    /// How it makes one image of several frames; nothing if each frame is an image.
+    fn accumulation(_: &Self::Config) -> Option<Accumulation> {
+        None
+    }
     /// Whether it may ask for a frame again: see [`Ports::replay`].
     fn replays(_: &Self::Config) -> bool {
         false

@@ -1,5 +1,6 @@
 //! A machine that is ready to run: an architecture with its parameters, for a screen.
 
+use crate::accumulation::Accumulation;
 use crate::arithmetic::Arithmetic;
 use crate::census::{Census, Check};
 use crate::clocked::Clocked;
@@ -24,10 +25,16 @@ pub trait Model: Send + Sync {
     fn kind(&self) -> Kind;
     /// How it makes colours.
     fn arithmetic(&self) -> Arithmetic;
+    /// How it makes one image of several frames, if it does: see [`Machine::accumulation`].
+    fn accumulation(&self) -> Option<Accumulation>;
     /// Its phases.
     fn phases(&self) -> &'static [PhaseInfo];
     /// Whether it may ask for a frame again: see [`Machine::replays`].
     fn replays(&self) -> bool;
+    /// Frames of an image.
+    fn frames_of_image(&self) -> u32 {
+        self.accumulation().map_or(1, |accumulation| accumulation.frames())
+    }
     /// To which of several engines an item goes: see [`Machine::dealer`].
     fn dealer(&self) -> Option<Dealer>;
     /// What a run must have counted: see [`Machine::closed_forms`].
@@ -64,6 +71,9 @@ impl<M: Machine> Model for Configured<M> {
     }
     fn arithmetic(&self) -> Arithmetic {
         M::arithmetic(&self.cfg)
+    }
+    fn accumulation(&self) -> Option<Accumulation> {
+        M::accumulation(&self.cfg)
     }
     fn phases(&self) -> &'static [PhaseInfo] {
         M::PHASES

@@ -103,3 +103,28 @@ impl Memories {
         self.all.into_iter().filter(|memory| memory.info.words > 0).collect()
     }
 }
+
+/// The memories whose path begins with `place`, with the rest of it, and the others.
+pub fn below(place: &str, memories: &[(String, StorageInfo)]) -> [Vec<(String, StorageInfo)>; 2] {
+    let (mut inside, mut around) = (vec![], vec![]);
+    for (name, info) in memories {
+        match name.strip_prefix(place) {
+            Some(name) => inside.push((name.to_string(), *info)),
+            None => around.push((name.clone(), *info)),
+        }
+    }
+    [inside, around]
+}
+
+/// A tally as the part that is at `place` sees it: with its own memories.
+pub fn seen_from(place: &str, tally: &Tally) -> Tally {
+    let memories = tally.memories.iter().filter_map(|m| {
+        m.name.strip_prefix(place).map(|name| MemoryTally { name: name.to_string(), ..*m })
+    });
+    Tally { memories: memories.collect(), ..tally.clone() }
+}
+
+/// Memories of the part that is at `place`.
+pub fn above(place: &str, memories: Vec<MemoryTally>) -> impl Iterator<Item = MemoryTally> {
+    memories.into_iter().map(move |m| MemoryTally { name: format!("{place}{}", m.name), ..m })
+}

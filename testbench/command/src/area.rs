@@ -51,7 +51,7 @@ pub(super) fn area(args: &AreaArgs) -> anyhow::Result<bool> {
     let screen = Screen { width: args.width, height: args.height, background: 0 };
     let technology = args.technology.open()?;
     let library = args.liberty.open()?;
-    let machine = args.machine.build(screen)?;
+    let machine = args.machine.build(screen, 1)?;
     let netlist = machine.netlist();
     let modules = modules(arch.name, screen, &*machine, &netlist);
     if let Some(library) = library {

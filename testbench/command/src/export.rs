@@ -30,7 +30,7 @@ pub(super) struct ExportArgs {
 pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
     let source = args.scene.open()?;
-    let machine = args.machine.build(source.screen())?;
+    let machine = args.machine.build(source.screen(), 1)?;
     args.scene.view.tell_of_order(arch.name, &*machine);
     let _folder = OutputFolder::claim(&args.out)?;
     let stimulus = if args.stress { Stimulus::Stress } else { Stimulus::Plain };

@@ -4,7 +4,7 @@ use super::quoted;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use pellucid_hw::{ARCHITECTURES, architecture};
-use pellucid_machine::architecture::{Setting, SettingError};
+use pellucid_machine::architecture::{FRAMES, Setting, SettingError};
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Architecture, Census, Model};
@@ -76,16 +76,27 @@ impl MachineArgs {
         self.given()?.arch()
     }
 
-    /// The machine for a screen.
-    pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
-        self.with(screen, &[])
+    /// The machine for a screen and a run of so many frames.
+    pub(super) fn build(&self, screen: Screen, frames: u32) -> anyhow::Result<Box<dyn Model>> {
+        self.with(screen, frames, &[])
     }
 
-    /// The machine for a screen, with further parameters over what is given.
-    pub(super) fn with(&self, screen: Screen, over: &[Setting]) -> anyhow::Result<Box<dyn Model>> {
-        let Given { arch, preset, mut parameters } = self.given()?;
-        parameters.extend(over.iter().cloned());
-        Given { arch, preset, parameters }.build(screen)
+    /// The machine for a screen and a run of so many frames, with further parameters over what is given.
+    pub(super) fn with(
+        &self,
+        screen: Screen,
+        frames: u32,
+        over: &[Setting],
+    ) -> anyhow::Result<Box<dyn Model>> {
+        let mut given = self.given()?;
+        let arch = given.arch()?;
+        if frames > 1 && (arch.parameters)().iter().any(|parameter| parameter.name == FRAMES) {
+            let origin = format!("--frames {frames}");
+            let (name, value) = (FRAMES.to_string(), frames.to_string());
+            given.parameters.push(Setting { name, value, origin });
+        }
+        given.parameters.extend(over.iter().cloned());
+        given.build(screen)
     }
 
     /// A machine of these, with room outside for the frames of a case: see [`with_room`].
@@ -95,8 +106,8 @@ impl MachineArgs {
         case: &Case,
     ) -> anyhow::Result<Box<dyn Model>> {
         let given = self.given()?;
-        let screen = machine.screen();
-        Ok(with_room(machine, case, &given.parameters, |over| self.with(screen, over)))
+        let (screen, frames) = (machine.screen(), case.frames());
+        Ok(with_room(machine, case, &given.parameters, |over| self.with(screen, frames, over)))
     }
 
     /// What is given of the parameters of these names.

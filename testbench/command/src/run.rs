@@ -32,8 +32,9 @@ pub(super) struct RunArgs {
     check: bool,
     #[command(flatten)]
     machine: MachineArgs,
-    /// Frames in a row, 1 to 1000: the camera goes 3 degrees round the scene from each to the next, or the animation
-    /// of a glTF plays at 24 frames a second; figures are those of all frames together, and those of each beside them
+    /// Frames in a row, 1 to 1024: the camera goes 3 degrees round the scene from each to the next, or the animation
+    /// of a glTF plays at 24 frames a second; figures are those of all frames together, and those of each beside them.
+    /// `accumulate` makes one image of them all
     #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
     frames: u32,
     /// The way of the camera through the frames instead: `orbit`, once round on a circle, `ellipse`, once round on an ellipse half
@@ -65,7 +66,7 @@ pub(super) struct RunArgs {
 }
 
 /// The most frames of a run.
-const MOST_FRAMES: u32 = 1000;
+const MOST_FRAMES: u32 = 1024;
 
 /// A number of frames.
 pub(super) fn frames(text: &str) -> Result<u32, String> {
@@ -95,21 +96,25 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let technology = Arc::new(args.technology.open()?);
     let library = args.liberty.open()?;
     let source = view.open(scene, walk)?;
-    has_frames(scene, &source, args.frames)?;
     let screen = source.screen();
-    let machine = args.machine.build(screen)?;
+    let machine = args.machine.build(screen, args.frames)?;
+    // Frames that make one image may be the same.
+    if machine.frames_of_image() == 1 {
+        has_frames(scene, &source, args.frames)?;
+    }
+    let frames = args.frames.next_multiple_of(machine.frames_of_image());
     view.tell_of_order(arch.name, &*machine);
     let _folder = OutputFolder::claim(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);
     let case = Case::new(scene, source, &*machine, &mut progress)?;
-    let case = case.with_frames(args.frames, &*machine, &mut progress)?;
+    let case = case.with_frames(frames, &*machine, &mut progress)?;
     let case = Case { technology, ..case };
     let machine = args.machine.with_room(machine, &case)?;
     let logic = logic_in(library.as_ref(), arch.name, &*machine, &case.technology, args.quiet)?;
     let case = Case { logic, ..case };
     let wave = args.wave.job(&args.out, &*machine, case.items)?;
-    progress = Progress::new("simulating", Some(case.items * u64::from(args.frames)), args.quiet);
+    progress = Progress::new("simulating", Some(case.items * u64::from(frames)), args.quiet);
     let mut trial = case.run(arch.name, &*machine, wave.as_ref(), &mut progress);
     if let (Ok(done), Some(wave)) = (&trial, &wave)
         && !done.verdict.passes(args.allow_drops)
@@ -128,7 +133,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         return Ok(false);
     };
     let Trial { images, verdict, report, wave: seen } = trial;
-    for (image, path) in images.iter().zip(image_paths(args)) {
+    for (image, path) in images.iter().zip(image_paths(args, images.len())) {
         image.write_png(&path)?;
     }
     report.write(&args.out)?;
@@ -148,7 +153,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
             "All figures: `--details` prints them.\n".to_string()
         };
         let result = verdict.approval().unwrap_or_else(|| not_right(passes).to_string());
-        let files = files(args, wave.as_ref(), &seen);
+        let files = files(args, images.len(), wave.as_ref(), &seen);
         say(&format!("{result}\n{}\n{files}\n{details}", report.headline()))?;
     }
     match seen.lost {
@@ -176,17 +181,17 @@ fn hint_at_size(args: &RunArgs, machine: &dyn Model) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Where the image of each frame is.
-fn image_paths(args: &RunArgs) -> impl Iterator<Item = PathBuf> {
-    (0..args.frames).map(|frame| match args.frames {
+/// Where each of so many images is.
+fn image_paths(args: &RunArgs, images: usize) -> impl Iterator<Item = PathBuf> {
+    (0..images).map(move |image| match images {
         1 => args.out.join("image.png"),
-        _ => args.out.join(format!("image-{frame:03}.png")),
+        _ => args.out.join(format!("image-{image:03}.png")),
     })
 }
 
 /// Where everything is.
-fn files(args: &RunArgs, wave: Option<&WaveJob>, seen: &WaveReport) -> String {
-    let mut images = image_paths(args);
+fn files(args: &RunArgs, images: usize, wave: Option<&WaveJob>, seen: &WaveReport) -> String {
+    let mut images = image_paths(args, images);
     let mut files: Vec<(PathBuf, &str)> = vec![];
     files.extend(images.next().map(|path| (path, "the image")));
     files.extend(images.last().map(|path| (path, "the last of the images, one for each frame")));

@@ -103,7 +103,7 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     for scene in &args.scene {
         let source = args.view.open(scene, walk)?;
         super::run::has_frames(scene, &source, args.frames)?;
-        let machine = args.machine.build(source.screen())?;
+        let machine = args.machine.build(source.screen(), args.frames)?;
         let mut progress = Progress::new("golden model", None, args.quiet);
         let case = Case::new(scene, source, &*machine, &mut progress)?;
         let case = case.with_frames(args.frames, &*machine, &mut progress)?;
@@ -127,7 +127,10 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     }
     let build = |on_chip: u64| -> anyhow::Result<Vec<Box<dyn Model>>> {
         let settings = needs.settings(on_chip);
-        cases.iter().map(|case| args.machine.with(case.source.screen(), &settings)).collect()
+        cases
+            .iter()
+            .map(|case| args.machine.with(case.source.screen(), args.frames, &settings))
+            .collect()
     };
     let taken = |machines: &[Box<dyn Model>]| {
         let each = machines.iter().filter_map(|machine| known_beforehand(&**machine, ON_CHIP));

@@ -59,7 +59,7 @@ impl Debug for Setup {
 
 /// What a machine gave for some frames.
 pub struct Run {
-    /// Its images, one for each frame.
+    /// Its images: one for each frame, or for as many as the machine accumulates.
     pub images: Vec<Image>,
     /// What it counted.
     pub tally: Tally,
@@ -107,6 +107,11 @@ impl Setup {
         })
     }
 
+    /// The frames of the image of one frame: that one, as often as the machine accumulates.
+    pub fn of_image(&self, frame: &[Fragment]) -> Vec<Vec<Fragment>> {
+        vec![frame.to_vec(); self.model.frames_of_image() as usize]
+    }
+
     /// Plays the frames on one machine, each next one as soon as the machine takes it.
     ///
     /// # Errors
@@ -150,7 +155,7 @@ impl Setup {
                     })
                 })?;
             }
-            bench.wait_for(frames.len(), |_, _| Ok(()))
+            bench.wait_for(frames.len() / self.model.frames_of_image() as usize, |_, _| Ok(()))
         })?;
         Ok(Run { images: bench.take_images(), tally: bench.tally() })
     }
@@ -191,7 +196,11 @@ impl Setup {
 
     /// The image that the machine must give of a frame.
     pub fn golden_image(&self, frame: &[Fragment]) -> Image {
-        self.golden(frame).image_by(self.model.arithmetic()).clone()
+        let references = vec![self.golden(frame); self.model.frames_of_image() as usize];
+        match self.together(&references).accumulated {
+            Some(by) => by.image,
+            None => references[0].image_by(self.model.arithmetic()).clone(),
+        }
     }
 
     /// The image of one frame.
@@ -199,7 +208,7 @@ impl Setup {
     /// # Errors
     /// There is none.
     pub fn image(&self, frame: &[Fragment]) -> Result<Image, TestCaseError> {
-        Ok(tried(self.run(&[frame.to_vec()]))?.images.remove(0))
+        Ok(tried(self.run(&self.of_image(frame)))?.images.remove(0))
     }
 
     /// What the closed forms say of several frames.
@@ -208,10 +217,19 @@ impl Setup {
         self.model.closed_forms(tally, &frames)
     }
 
+    /// What the golden model says of several frames together, and of the images that a machine accumulates of them.
+    fn together(&self, references: &[Reference]) -> Reference {
+        let stacked = Reference::stacked(references);
+        match self.model.accumulation() {
+            Some(by) => stacked.accumulated(references.len() as u32, &by),
+            None => stacked,
+        }
+    }
+
     /// The verdict on a run of several frames.
     pub fn verdict(&self, run: &Run, references: &[Reference]) -> Verdict {
         let forms = self.closed_forms(&run.tally, references);
-        let (all, image) = (Reference::stacked(references), Image::stacked(&run.images));
+        let (all, image) = (self.together(references), Image::stacked(&run.images));
         Verdict::new(&all, self.model.arithmetic(), &image, &run.tally, forms)
     }
 }
@@ -276,7 +294,18 @@ pub fn fragments(screen: Screen) -> impl Strategy<Value = Vec<Fragment>> {
     })
 }
 
-/// Random machines of an architecture for one to `most` frames, with the frames.
+/// The frames of an image of which a frame is the first: from each that follows other fragments are left out.
+fn parts(setup: &Setup, frame: &[Fragment]) -> Vec<Vec<Fragment>> {
+    let of_image = setup.model.frames_of_image() as usize;
+    let part = |number: usize| {
+        let numbered = frame.iter().enumerate();
+        let kept = numbered.filter(|(k, _)| number == 0 || k % of_image != number);
+        kept.map(|(_, fragment)| *fragment).collect()
+    };
+    (0..of_image).map(part).collect()
+}
+
+/// Random machines of an architecture for one to `most` images, with the frames of these.
 pub fn some_frames(
     arch: &'static Architecture,
     most: usize,
@@ -287,7 +316,9 @@ pub fn some_frames(
         (frames, draws, 0..=7u64, 0..=4u64, 0..=7u64).prop_map(
             move |(frames, draws, display_busy, source_idle, memory_busy)| {
                 let setup = Setup::free(arch, screen, small(arch, &draws, &frames));
-                (Setup { display_busy, source_idle, memory_busy, ..setup }, frames)
+                let setup = Setup { display_busy, source_idle, memory_busy, ..setup };
+                let frames = frames.iter().flat_map(|frame| parts(&setup, frame)).collect();
+                (setup, frames)
             },
         )
     })

@@ -8,7 +8,6 @@ use crate::report::{Entry, Report, align_right, at_margin, csv_text, grouped, ne
 use crate::scoreboard::Verdict;
 use crate::trial::{Case, Trial};
 use comfy_table::{Table, presets};
-use pellucid_machine::Arithmetic;
 use pellucid_machine::params::Value;
 use serde_json::{Map, Value as Json, json};
 use std::path::Path;
@@ -180,7 +179,7 @@ impl Comparison {
     /// What is right, in a sentence; nothing if a run has a fault.
     pub fn approval(&self) -> Option<&'static str> {
         let verdicts = || self.runs().map(|(_, _, trial)| &trial.verdict);
-        let blends = verdicts().all(|verdict| verdict.arithmetic == Arithmetic::BLEND);
+        let blends = verdicts().all(|verdict| verdict.exact.is_none());
         verdicts().all(Verdict::is_right).then_some(if blends {
             "Every image equals the golden model's, bit for bit, and every count its closed form."
         } else {

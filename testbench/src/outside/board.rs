@@ -9,7 +9,8 @@ use pellucid_machine::params::{
 };
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{
-    Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Room, Tally, outside,
+    Accumulation, Arithmetic, Census, Check, Dealer, Dut, Kind, Model, PhaseInfo, Room, Tally,
+    outside,
 };
 use pellucid_sim::netlist::Module;
 use std::fmt::Display;
@@ -372,6 +373,9 @@ impl Model for OnBoard {
     }
     fn arithmetic(&self) -> Arithmetic {
         self.model.arithmetic()
+    }
+    fn accumulation(&self) -> Option<Accumulation> {
+        self.model.accumulation()
     }
     fn phases(&self) -> &'static [PhaseInfo] {
         self.model.phases()

@@ -21,10 +21,7 @@ pub struct Cases {
 }
 
 impl Cases {
-    /// For so many frames of a scene.
-    ///
-    /// # Panics
-    /// See [`Case::with_frames`], in [`Cases::of`].
+    /// For so many frames of a scene, or more where a machine makes one image of several.
     pub fn new(scene: &str, source: Source, frames: u32) -> Cases {
         let (scene, source) = (scene.to_string(), Arc::new(source));
         Cases { scene, source, frames, known: vec![], held: None }
@@ -42,13 +39,17 @@ impl Cases {
     /// As [`Case::new`].
     pub fn of(&mut self, machine: &dyn Model, progress: &mut Progress) -> Result<Case, CaseError> {
         let (view, arithmetic) = (view(machine, &self.source)?, machine.arithmetic());
-        let known = self.known.iter().find(|(v, a, _)| (v, a) == (&view, &arithmetic));
+        let frames = self.frames.next_multiple_of(machine.frames_of_image());
+        let known = self
+            .known
+            .iter()
+            .find(|(v, a, case)| (v, a, case.frames()) == (&view, &arithmetic, frames));
         if let Some((_, _, case)) = known {
             return Ok(case.clone());
         }
         let case = Case::of(&self.scene, self.source.clone(), machine, progress)?;
-        let mut case = case.with_frames(self.frames, machine, progress)?;
-        if machine.kind() == Kind::Fragments && self.frames == 1 && case.items <= MOST_HELD {
+        let mut case = case.with_frames(frames, machine, progress)?;
+        if machine.kind() == Kind::Fragments && frames == 1 && case.items <= MOST_HELD {
             if self.held.is_none() {
                 let mut fragments: Vec<Fragment> = vec![];
                 self.source.play_fragments::<CaseError>(&mut |fragment| {

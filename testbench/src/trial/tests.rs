@@ -2,7 +2,9 @@ use super::*;
 use crate::scene::Options;
 use pellucid_machine::params::Value;
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Room, Tally, outside};
+use pellucid_machine::{
+    Accumulation, Arithmetic, Check, Dealer, Dut, Kind, PhaseInfo, Room, Tally, outside,
+};
 use pellucid_mbuffer::architecture as mbuffer;
 use pellucid_sim::netlist::Module;
 use pellucid_tbuffer::architecture::ARCHITECTURE;
@@ -36,6 +38,9 @@ impl Model for Broken {
     }
     fn arithmetic(&self) -> Arithmetic {
         self.model.arithmetic()
+    }
+    fn accumulation(&self) -> Option<Accumulation> {
+        self.model.accumulation()
     }
     fn phases(&self) -> &'static [PhaseInfo] {
         self.model.phases()

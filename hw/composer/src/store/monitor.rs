@@ -1,8 +1,8 @@
 //! Watches a fragment store behind the merger.
 
 use super::{Config, FragmentStore, Out, State, Store};
-use crate::monitor::{above, below, seen_from};
 use crate::transparency::{Transparency, Watch};
+use pellucid_machine::monitor::{above, below, seen_from};
 use pellucid_machine::primitive::pixels;
 use pellucid_machine::{
     Arithmetic, Census, Check, Memories, Monitor, Outside, Room, Tally, outside,

@@ -12,7 +12,7 @@ fn names_and_values_are_checked() {
     let cases: &[(&[&str], String)] = &[
         (
             &["--arch", "tbufer"],
-            "--arch tbufer: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`".into(),
+            "--arch tbufer: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`, `accumulate`".into(),
         ),
         (
             &["--preset", "fats"],

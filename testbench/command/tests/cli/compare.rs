@@ -305,7 +305,7 @@ fn bad_machines_and_scenes_are_refused() {
     for (machine, message) in [
         (
             "tbufer:fast",
-            "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`",
+            "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`, `accumulate`",
         ),
         (
             "tbuffer:fats",

@@ -49,7 +49,7 @@ fn it_refuses_what_run_refuses() {
     for (args, message) in [
         (
             ["--arch", "tbufer"],
-            "--arch tbufer: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`",
+            "--arch tbufer: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`, `accumulate`",
         ),
         (["-p", "sections"], "-p sections: expected NAME=VALUE"),
         (["--scene", "no.csv"], "cannot read `no.csv`: No such file or directory"),

@@ -180,8 +180,8 @@ fn a_run_of_frames_has_a_waveform() {
 #[test]
 fn a_number_of_frames_and_what_can_have_it_are_checked() {
     let folder = folder();
-    let expected = "expected a whole number from 1 to 1000";
-    for frames in ["0", "1001", "-1", "many"] {
+    let expected = "expected a whole number from 1 to 1024";
+    for frames in ["0", "1025", "-1", "many"] {
         let message = format!("invalid value '{frames}' for '--frames <FRAMES>': {expected}");
         refused(folder.path(), &["run", "--frames", frames], &message);
     }

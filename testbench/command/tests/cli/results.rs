@@ -210,7 +210,7 @@ fn a_file_can_name_architecture_and_preset() {
     wrong(
         "arch = \"tbufer\"\n",
         "`c.toml`, key `arch`: unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, \
-         `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`",
+         `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`, `accumulate`",
     );
     wrong(
         "preset = \"fats\"\n",
@@ -275,7 +275,7 @@ fn the_list_of_one_architecture_has_no_other() {
     refused(
         folder.path(),
         &["list", "tbufer"],
-        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`",
+        "unknown architecture `tbufer` (did you mean `tbuffer`?); known are `tbuffer`, `rbuffer`, `mbuffer`, `composer`, `dfb`, `b3d`, `ppll`, `fbuffer`, `accumulate`",
     );
 }
 

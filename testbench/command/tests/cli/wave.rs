@@ -385,7 +385,7 @@ fn the_help_names_the_events_and_how_long_a_stall_can_be() {
     let mut known = BTreeSet::new();
     let stores = ["tbuffer", "rbuffer"].map(|store| format!("transparency={store}"));
     let composers = stores.iter().map(|store| vec!["--arch", "composer", "-p", store]);
-    let machines = ["tbuffer", "rbuffer", "mbuffer", "dfb", "b3d", "ppll", "fbuffer"]
+    let machines = ["tbuffer", "rbuffer", "mbuffer", "dfb", "b3d", "ppll", "fbuffer", "accumulate"]
         .map(|arch| vec!["--arch", arch]);
     for machine in machines.into_iter().chain(composers) {
         let output = run(folder.path(), &[&machine[..], &["--wave", "event:?"]].concat());
