@@ -1,6 +1,6 @@
 //! Where a frame comes from: a scene or a trace.
 
-use crate::scene::{Contents, Options, Scene, SceneError, point};
+use crate::scene::{Contents, Options, Scene, SceneError, Sequence, Varied, Vary, point};
 use crate::trace::{Trace, TraceError};
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::primitive::Primitive;
@@ -11,7 +11,7 @@ use std::path::Path;
 pub enum Source {
     /// A built-in scene or a mesh.
     Scene(Scene),
-    /// A trace file.
+    /// A frame of a trace file.
     Trace(Trace),
     /// Fragments in memory, in arrival order.
     Fragments(Screen, Vec<Fragment>),
@@ -61,12 +61,28 @@ impl Source {
             (!options.alphas.is_empty(), "an alpha"),
             (options.order.is_some(), "an order of fragments"),
             (options.instances.is_some(), "a number of instances"),
-            (options.walk.is_some(), "a path"),
+            (matches!(options.sequence, Some(Sequence::Walk(_))), "a path"),
         ];
         if let Some((_, what)) = given.into_iter().find(|(given, _)| *given) {
             return Err(SourceError::Fixed { name: name.into(), what });
         }
-        Ok(Source::Trace(Trace::open(Path::new(name))?))
+        let trace = Trace::open(Path::new(name))?;
+        Ok(Source::Trace(match options.sequence {
+            Some(Sequence::Varied(Varied { vary: Vary::None, .. })) => trace.alone(),
+            Some(Sequence::Varied(Varied { vary, .. })) => {
+                return Err(SceneError::vary(name, vary, &[Vary::None]).into());
+            }
+            _ => trace,
+        }))
+    }
+
+    /// How many frames are recorded in it; nothing if it is no trace.
+    pub fn recorded(&self) -> Option<u32> {
+        match self {
+            Source::OpaqueFirst(frame) => frame.recorded(),
+            Source::Trace(trace) => Some(trace.frames()),
+            Source::Scene(_) | Source::Fragments(..) => None,
+        }
     }
 
     /// The same frame with all of its opaque items before all transparent ones. By the rules of the golden model the image is the
@@ -74,6 +90,17 @@ impl Source {
     #[must_use]
     pub fn opaque_first(self) -> Source {
         Source::OpaqueFirst(Box::new(self))
+    }
+
+    /// The same without any other frame.
+    #[must_use]
+    pub fn repeated(self) -> Source {
+        match self {
+            Source::OpaqueFirst(frame) => frame.repeated().opaque_first(),
+            Source::Scene(scene) => Source::Scene(scene.repeated()),
+            Source::Trace(trace) => Source::Trace(trace.alone()),
+            Source::Fragments(..) => self,
+        }
     }
 
     /// What is to be said of the file, each as one sentence.
@@ -104,27 +131,34 @@ impl Source {
         }
     }
 
-    /// The frame so many frames later: a mesh that moves has moved on, by [`FRAMES_PER_SECOND`]; round any other the camera
-    /// goes by [`DEGREES_PER_FRAME`] each. If the camera has a way, it is where that goes, in either case. Nothing if the source
-    /// is one frame alone.
+    /// The frame so many frames later: the next ones of a trace, of a scene see [`Scene::later`]. Nothing if it is the same frame
+    /// again, as where the source is one alone. To be asked of the first frame.
     ///
     /// # Errors
-    /// The file of a mesh that moves cannot be read any more.
+    /// The file of a mesh that moves cannot be read any more, or a trace does not have so many frames.
     pub fn later(&self, frames: u32) -> Result<Option<Source>, SourceError> {
-        let scene = match self {
-            Source::OpaqueFirst(frame) => {
-                return Ok(frame.later(frames)?.map(Source::opaque_first));
-            }
-            Source::Scene(scene) => scene,
-            Source::Trace(_) | Source::Fragments(..) => return Ok(None),
-        };
-        let camera = scene.camera_later(frames);
-        let moved = scene.moved(frames as f32 / FRAMES_PER_SECOND as f32, camera)?;
-        let seen = || match camera {
-            Some(camera) => scene.seen_from(camera),
-            None => scene.turned(f64::from(frames * DEGREES_PER_FRAME)),
-        };
-        Ok(moved.or_else(seen).map(Source::Scene))
+        Ok(match self {
+            Source::OpaqueFirst(frame) => frame.later(frames)?.map(Source::opaque_first),
+            Source::Scene(scene) => scene.later(frames)?.map(Source::Scene),
+            Source::Trace(trace) => trace.later(frames)?.map(Source::Trace),
+            Source::Fragments(..) => None,
+        })
+    }
+
+    /// Hands so many frames to `each`, in order, with their numbers from 0.
+    ///
+    /// # Errors
+    /// As [`Source::later`], and the first one of `each`.
+    pub fn each_frame<E: From<SourceError>>(
+        &self,
+        frames: u32,
+        each: &mut dyn FnMut(u32, &Source) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for number in 0..frames {
+            let later = if number > 0 { self.later(number)? } else { None };
+            each(number, later.as_ref().unwrap_or(self))?;
+        }
+        Ok(())
     }
 
     /// Sends every item in arrival order, of the kind that is asked for.
@@ -267,7 +301,7 @@ mod tests {
             check_opaque_first(|| Source::Fragments(screen, frame.clone()));
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("frame.ptrace");
-            let mut writer = crate::trace::TraceWriter::create(&path, screen).unwrap();
+            let mut writer = crate::trace::TraceWriter::create(&path, screen, 1).unwrap();
             frame.iter().for_each(|fragment| writer.push(*fragment).unwrap());
             writer.finish().unwrap();
             let trace = || Source::open(path.to_str().unwrap(), &Options::default()).unwrap();

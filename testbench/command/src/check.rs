@@ -8,7 +8,7 @@ use pellucid_testbench::scene::{Extension, PartContents, TextureContents};
 use pellucid_testbench::source::{Source, SourceError};
 use serde_json::{Value, json};
 
-/// How many fragments a frame has.
+/// How many fragments there are.
 #[derive(Default)]
 struct Fragments {
     all: u64,
@@ -19,31 +19,35 @@ struct Fragments {
 pub(super) fn check(
     scene: &str,
     source: &Source,
+    frames: u32,
     as_json: bool,
     quiet: bool,
 ) -> anyhow::Result<bool> {
     let mut fragments = Fragments::default();
     let mut progress = Progress::new("reading", None, quiet);
-    source.play_fragments::<SourceError>(&mut |fragment| {
-        progress.step();
-        fragments.all += 1;
-        fragments.transparent += u64::from(!fragment.is_opaque());
-        Ok(())
+    source.each_frame(frames, &mut |_, source| {
+        source.play_fragments::<SourceError>(&mut |fragment| {
+            progress.step();
+            fragments.all += 1;
+            fragments.transparent += u64::from(!fragment.is_opaque());
+            Ok(())
+        })
     })?;
     drop(progress);
     if as_json {
-        say(&format!("{:#}\n", json(scene, source, &fragments)))?;
+        say(&format!("{:#}\n", json(scene, source, frames, &fragments)))?;
     } else if !quiet {
-        say(&text(scene, source, &fragments))?;
+        say(&text(scene, source, frames, &fragments))?;
     }
     Ok(true)
 }
 
-fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
+fn text(scene: &str, source: &Source, frames: u32, fragments: &Fragments) -> String {
     let screen = source.screen();
     let number = |n: u64| grouped(&json!(n));
+    let of_frames = if frames > 1 { format!("{frames} frames of ") } else { String::new() };
     let mut text = format!(
-        "{scene}: {} x {} pixels, {} fragments, {} of them transparent.\n",
+        "{scene}: {of_frames}{} x {} pixels, {} fragments, {} of them transparent.\n",
         screen.width,
         screen.height,
         number(fragments.all),
@@ -108,7 +112,7 @@ fn text(scene: &str, source: &Source, fragments: &Fragments) -> String {
     text + &at_margin(&table.to_string())
 }
 
-fn json(scene: &str, source: &Source, fragments: &Fragments) -> Value {
+fn json(scene: &str, source: &Source, frames: u32, fragments: &Fragments) -> Value {
     let screen = source.screen();
     let ends =
         |bounds: Option<[[f32; 3]; 2]>| bounds.map(|[from, to]| json!({ "from": from, "to": to }));
@@ -117,6 +121,7 @@ fn json(scene: &str, source: &Source, fragments: &Fragments) -> Value {
         "frame": {
             "width": screen.width,
             "height": screen.height,
+            "frames": frames,
             "fragments": fragments.all,
             "transparent": fragments.transparent,
         },

@@ -84,7 +84,7 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     let sources: Vec<(&String, Source)> = args
         .scene
         .iter()
-        .map(|scene| Ok((scene, args.view.open(scene, None)?)))
+        .map(|scene| Ok((scene, args.view.open_one(scene)?)))
         .collect::<anyhow::Result<_>>()?;
     let machines: Vec<Vec<Box<dyn Model>>> = sources
         .iter()

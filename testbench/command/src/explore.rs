@@ -13,6 +13,7 @@ mod standing;
 mod study;
 mod work;
 
+use super::sequence::Opened;
 use super::{quoted, say, tell};
 use anyhow::bail;
 use clap::Args;
@@ -103,11 +104,11 @@ pub(super) fn run_point(args: &RunPointArgs) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// A study that is right, with its scenes, and its first designs.
-fn opened(study: &Study) -> anyhow::Result<(Searcher<'_>, Vec<Source>, Vec<Design>)> {
-    let sources: Vec<Source> =
+/// A study that is right, with its scenes and its first designs.
+fn opened(study: &Study) -> anyhow::Result<(Searcher<'_>, Vec<Opened>, Vec<Design>)> {
+    let sources: Vec<Opened> =
         study.scenes.iter().map(study::Scene::open).collect::<anyhow::Result<_>>()?;
-    let screen = sources[0].screen();
+    let screen = sources[0].0.screen();
     designs::check(&study.families, screen)?;
     let mut searcher = Searcher::new(study);
     // Nothing is known of any design yet.

@@ -76,6 +76,19 @@ impl MachineArgs {
         self.given()?.arch()
     }
 
+    /// Whether the machine makes one image of several frames.
+    pub(super) fn accumulates(&self) -> anyhow::Result<bool> {
+        Ok((self.arch()?.parameters)().iter().any(|parameter| parameter.name == FRAMES))
+    }
+
+    /// Of how many frames the machine makes an image, if that is among its parameters.
+    pub(super) fn frames(&self) -> anyhow::Result<Option<u32>> {
+        let given = if self.accumulates()? { self.given()?.parameters } else { vec![] };
+        let last = given.iter().rfind(|parameter| parameter.name == FRAMES);
+        // A machine that cannot have so many says so itself.
+        Ok(last.and_then(|parameter| parameter.value.parse().ok()))
+    }
+
     /// The machine for a screen and a run of so many frames.
     pub(super) fn build(&self, screen: Screen, frames: u32) -> anyhow::Result<Box<dyn Model>> {
         self.with(screen, frames, &[])
@@ -89,8 +102,7 @@ impl MachineArgs {
         over: &[Setting],
     ) -> anyhow::Result<Box<dyn Model>> {
         let mut given = self.given()?;
-        let arch = given.arch()?;
-        if frames > 1 && (arch.parameters)().iter().any(|parameter| parameter.name == FRAMES) {
+        if frames > 1 && self.accumulates()? {
             let origin = format!("--frames {frames}");
             let (name, value) = (FRAMES.to_string(), frames.to_string());
             given.parameters.push(Setting { name, value, origin });

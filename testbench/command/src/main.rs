@@ -14,6 +14,7 @@ mod list;
 mod machine;
 mod reproduce;
 mod run;
+mod sequence;
 mod size;
 mod technology;
 mod trace;
@@ -28,7 +29,7 @@ use pellucid_testbench::output::partial::leave_behind;
 use pellucid_testbench::output::{OutputError, abandon};
 use pellucid_testbench::room::Limit;
 use pellucid_testbench::scene::{
-    AlphaRule, Camera, MOST_INSTANCES, Options, Order, Walk, is_built_in,
+    AlphaRule, Camera, MOST_INSTANCES, Options, Order, Sequence, is_built_in,
 };
 use pellucid_testbench::scoreboard::Verdict;
 use pellucid_testbench::source::{Source, SourceError};
@@ -109,8 +110,9 @@ struct SceneArgs {
 }
 
 impl SceneArgs {
+    /// Opens it, for one frame.
     fn open(&self) -> Result<Source, SourceError> {
-        self.view.open(&self.scene, None)
+        self.view.open_one(&self.scene)
     }
 }
 
@@ -150,11 +152,20 @@ struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// Opens a scene, with the way of the camera if it has one.
-    fn open(&self, scene: &str, walk: Option<Walk>) -> Result<Source, SourceError> {
+    /// Opens a scene for one frame; of a trace with several it is the first.
+    fn open_one(&self, scene: &str) -> Result<Source, SourceError> {
+        let source = self.open(scene, None)?;
+        if let Some(frames @ 2..) = source.recorded() {
+            tell(&format!("note: {scene}: of its {frames} frames the first is taken"));
+        }
+        Ok(source)
+    }
+
+    /// Opens a scene at the first frame of a sequence, if it is for one.
+    fn open(&self, scene: &str, sequence: Option<Sequence>) -> Result<Source, SourceError> {
         let options = Options {
             instances: self.instances,
-            walk,
+            sequence,
             width: self.width,
             height: self.height,
             camera: self.camera,

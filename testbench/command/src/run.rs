@@ -2,10 +2,10 @@
 
 use super::check::check;
 use super::machine::MachineArgs;
+use super::sequence::SequenceArgs;
 use super::technology::{LibertyArgs, TechnologyArgs, logic_in};
 use super::wave::WaveArgs;
 use super::{SceneArgs, complain, finished, not_right, passes, quoted, say, tell};
-use anyhow::bail;
 use clap::Args;
 use comfy_table::Table;
 use pellucid_machine::{Census, Kind, Model};
@@ -14,12 +14,10 @@ use pellucid_testbench::output::OutputFolder;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::recorder::{WaveJob, WaveReport};
 use pellucid_testbench::report::grouped;
-use pellucid_testbench::scene::{CameraPath, Walk};
-use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, Trial};
 use pellucid_waveforms::Marker;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 #[derive(Args)]
@@ -32,15 +30,8 @@ pub(super) struct RunArgs {
     check: bool,
     #[command(flatten)]
     machine: MachineArgs,
-    /// Frames in a row, 1 to 1024: the camera goes 3 degrees round the scene from each to the next, or the animation
-    /// of a glTF plays at 24 frames a second; figures are those of all frames together, and those of each beside them.
-    /// `accumulate` makes one image of them all
-    #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
-    frames: u32,
-    /// The way of the camera through the frames instead: `orbit`, once round on a circle, `ellipse`, once round on an ellipse half
-    /// as wide as long, or `zoom`, from four times the distance to a quarter of it
-    #[arg(long, value_name = "PATH")]
-    path: Option<CameraPath>,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// The folder for image.png (image-000.png and so on, if there are several frames), stats.json, stats.csv, the
     /// waveform and how viewers show it
     #[arg(long, default_value = "pellucid-out", value_name = "DIR")]
@@ -65,44 +56,22 @@ pub(super) struct RunArgs {
     wave: WaveArgs,
 }
 
-/// The most frames of a run.
-const MOST_FRAMES: u32 = 1024;
-
-/// A number of frames.
-pub(super) fn frames(text: &str) -> Result<u32, String> {
-    let frames = text.parse().ok().filter(|frames| (1..=MOST_FRAMES).contains(frames));
-    frames.ok_or_else(|| format!("expected a whole number from 1 to {MOST_FRAMES}"))
-}
-
-/// Checks that a scene has so many frames.
-pub(super) fn has_frames(scene: &str, source: &Source, frames: u32) -> anyhow::Result<()> {
-    if frames > 1 && source.later(1)?.is_none() {
-        bail!(
-            "--frames {frames}: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
-             `teapot`, `plant` or a mesh"
-        );
-    }
-    Ok(())
-}
-
 /// Runs; whether the result is right.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let SceneArgs { scene, view } = &args.scene;
-    let walk = args.path.map(|path| Walk { path, frames: args.frames });
     if args.check {
-        return check(scene, &view.open(scene, walk)?, args.json, args.quiet);
+        let (source, frames) = args.sequence.open(scene, view, false)?;
+        return check(scene, &source, frames, args.json, args.quiet);
     }
     let arch = args.machine.arch()?;
     let technology = Arc::new(args.technology.open()?);
     let library = args.liberty.open()?;
-    let source = view.open(scene, walk)?;
+    let mut sequence = args.sequence.clone();
+    sequence.frames = sequence.frames.or(args.machine.frames()?);
+    let (source, frames) = sequence.open(scene, view, args.machine.accumulates()?)?;
     let screen = source.screen();
-    let machine = args.machine.build(screen, args.frames)?;
-    // Frames that make one image may be the same.
-    if machine.frames_of_image() == 1 {
-        has_frames(scene, &source, args.frames)?;
-    }
-    let frames = args.frames.next_multiple_of(machine.frames_of_image());
+    let machine = args.machine.build(screen, frames)?;
+    let frames = frames.next_multiple_of(machine.frames_of_image());
     view.tell_of_order(arch.name, &*machine);
     let _folder = OutputFolder::claim(&args.out)?;
 
@@ -133,7 +102,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         return Ok(false);
     };
     let Trial { images, verdict, report, wave: seen } = trial;
-    for (image, path) in images.iter().zip(image_paths(args, images.len())) {
+    for (image, path) in images.iter().zip(image_paths(&args.out, images.len())) {
         image.write_png(&path)?;
     }
     report.write(&args.out)?;
@@ -153,7 +122,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
             "All figures: `--details` prints them.\n".to_string()
         };
         let result = verdict.approval().unwrap_or_else(|| not_right(passes).to_string());
-        let files = files(args, images.len(), wave.as_ref(), &seen);
+        let images = image_paths(&args.out, images.len());
+        let files = files(&args.out, images, wave.as_ref(), &seen);
         say(&format!("{result}\n{}\n{files}\n{details}", report.headline()))?;
     }
     match seen.lost {
@@ -171,10 +141,7 @@ fn hint_at_size(args: &RunArgs, machine: &dyn Model) -> anyhow::Result<()> {
     let Some(room) = machine.room(&Census::default()) else { return Ok(()) };
     let mut words = vec!["pellucid size --scene".to_string(), quoted(&args.scene.scene)];
     words.extend(args.scene.view.given());
-    if args.frames > 1 {
-        words.push(format!("--frames {}", args.frames));
-    }
-    words.extend(args.path.map(|path| format!("--path {path}")));
+    words.extend(args.sequence.given());
     words.extend(args.machine.words(&room.names())?);
     let words = words.join(" ");
     tell(&format!("hint: `{words}` finds the smallest machine that drops nothing"));
@@ -182,22 +149,26 @@ fn hint_at_size(args: &RunArgs, machine: &dyn Model) -> anyhow::Result<()> {
 }
 
 /// Where each of so many images is.
-fn image_paths(args: &RunArgs, images: usize) -> impl Iterator<Item = PathBuf> {
+fn image_paths(out: &Path, images: usize) -> impl Iterator<Item = PathBuf> {
     (0..images).map(move |image| match images {
-        1 => args.out.join("image.png"),
-        _ => args.out.join(format!("image-{image:03}.png")),
+        1 => out.join("image.png"),
+        _ => out.join(format!("image-{image:03}.png")),
     })
 }
 
 /// Where everything is.
-fn files(args: &RunArgs, images: usize, wave: Option<&WaveJob>, seen: &WaveReport) -> String {
-    let mut images = image_paths(args, images);
+fn files(
+    out: &Path,
+    mut images: impl Iterator<Item = PathBuf>,
+    wave: Option<&WaveJob>,
+    seen: &WaveReport,
+) -> String {
     let mut files: Vec<(PathBuf, &str)> = vec![];
     files.extend(images.next().map(|path| (path, "the image")));
     files.extend(images.last().map(|path| (path, "the last of the images, one for each frame")));
     files.extend([
-        (args.out.join("stats.json"), "the figures, with unit and meaning of each"),
-        (args.out.join("stats.csv"), "the same as a table"),
+        (out.join("stats.json"), "the figures, with unit and meaning of each"),
+        (out.join("stats.csv"), "the same as a table"),
     ]);
     if let (Some(WaveJob { path, .. }), None) = (wave, &seen.lost) {
         files.push((path.clone(), "the waveform"));

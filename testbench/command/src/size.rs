@@ -2,7 +2,7 @@
 
 use super::amount::bytes;
 use super::machine::{MachineArgs, setting};
-use super::run::frames;
+use super::sequence::SequenceArgs;
 use super::{DEFAULT_SCENE, ViewArgs, finished, passes, say};
 use anyhow::{anyhow, bail};
 use clap::Args;
@@ -12,7 +12,6 @@ use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Census, Model, Rest, Room};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::report::{grouped, known_beforehand};
-use pellucid_testbench::scene::{CameraPath, Walk};
 use pellucid_testbench::trial::Case;
 use serde_json::json;
 
@@ -26,12 +25,8 @@ pub(super) struct SizeArgs {
     view: ViewArgs,
     #[command(flatten)]
     machine: MachineArgs,
-    /// Frames of each scene, 1 to 1000, as `run` plays them
-    #[arg(long, default_value_t = 1, value_name = "FRAMES", value_parser = frames, allow_hyphen_values = true)]
-    frames: u32,
-    /// The way of the camera through them: `orbit`, `ellipse` or `zoom`
-    #[arg(long, value_name = "PATH")]
-    path: Option<CameraPath>,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// Most bytes of memory on the chip, frame buffers included, as `4 MiB`: as much as fits is held there, the rest outside
     /// [default: all of it is on the chip]
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
@@ -97,16 +92,14 @@ impl Needs {
 /// Sizes a machine; whether it is right on every scene.
 pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
-    let walk = args.path.map(|path| Walk { path, frames: args.frames });
     let mut cases = vec![];
     let mut needs: Option<Needs> = None;
     for scene in &args.scene {
-        let source = args.view.open(scene, walk)?;
-        super::run::has_frames(scene, &source, args.frames)?;
-        let machine = args.machine.build(source.screen(), args.frames)?;
+        let (source, frames) = args.sequence.open(scene, &args.view, false)?;
+        let machine = args.machine.build(source.screen(), frames)?;
         let mut progress = Progress::new("golden model", None, args.quiet);
         let case = Case::new(scene, source, &*machine, &mut progress)?;
-        let case = case.with_frames(args.frames, &*machine, &mut progress)?;
+        let case = case.with_frames(frames, &*machine, &mut progress)?;
         for frame in case.censuses() {
             let Some(need) = need(&*machine, &frame) else {
                 bail!(
@@ -129,7 +122,7 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
         let settings = needs.settings(on_chip);
         cases
             .iter()
-            .map(|case| args.machine.with(case.source.screen(), args.frames, &settings))
+            .map(|case| args.machine.with(case.source.screen(), case.frames(), &settings))
             .collect()
     };
     let taken = |machines: &[Box<dyn Model>]| {
@@ -158,7 +151,7 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     let machines = build(on_chip)?;
     let mut right = true;
     for (case, machine) in cases.iter().zip(&machines) {
-        let items = case.items * u64::from(args.frames);
+        let items = case.items * u64::from(case.frames());
         let mut progress = Progress::new("simulating", Some(items), args.quiet);
         let trial = case.run(arch.name, &**machine, None, &mut progress);
         drop(progress);
@@ -220,16 +213,18 @@ fn toml(
 ) -> anyhow::Result<String> {
     let scenes = cases.iter().map(|case| {
         let Screen { width, height, .. } = case.source.screen();
-        format!("{} at {width}x{height}", case.scene)
+        let frames = match case.frames() {
+            1 => String::new(),
+            frames => format!(", {frames} frames"),
+        };
+        format!("{} at {width}x{height}{frames}", case.scene)
     });
     let figure = |name| {
         let each = machines.iter().filter_map(|machine| known_beforehand(&**machine, name));
         grouped(&json!(each.max().unwrap_or(0)))
     };
-    let several =
-        if args.frames > 1 { format!(", {} frames each", args.frames) } else { String::new() };
     let mut text = format!(
-        "# For {}{several}: room for {} % more than the fullest frame takes.\n\
+        "# For {}: room for {} % more than the fullest frame takes.\n\
          # {} bytes on the chip, frame buffers included, {} outside.\n",
         scenes.collect::<Vec<_>>().join(", "),
         args.margin,

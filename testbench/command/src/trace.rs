@@ -1,5 +1,6 @@
-//! `pellucid trace`: a scene's fragments as a file.
+//! `pellucid trace`: a scene's fragments as a file, of one frame or of several.
 
+use super::sequence::SequenceArgs;
 use super::{SceneArgs, say};
 use clap::Args;
 use pellucid_testbench::progress::Progress;
@@ -11,6 +12,8 @@ use std::path::PathBuf;
 pub(super) struct TraceArgs {
     #[command(flatten)]
     scene: SceneArgs,
+    #[command(flatten)]
+    sequence: SequenceArgs,
     /// The trace to write: text if it ends in .csv, the compact binary form if it ends in .ptrace
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -29,19 +32,26 @@ enum WriteError {
 
 /// Writes the trace.
 pub(super) fn trace(args: &TraceArgs) -> anyhow::Result<bool> {
-    let source = args.scene.open()?;
-    let mut writer = TraceWriter::create(&args.out, source.screen())?;
+    let SceneArgs { scene, view } = &args.scene;
+    let (first, frames) = args.sequence.open(scene, view, false)?;
+    let mut writer = TraceWriter::create(&args.out, first.screen(), frames)?;
     let mut progress = Progress::new("writing", None, args.quiet);
     let mut fragments = 0u64;
-    source.play_fragments::<WriteError>(&mut |fragment| {
-        progress.step();
-        fragments += 1;
-        Ok(writer.push(fragment)?)
+    first.each_frame::<WriteError>(frames, &mut |number, source| {
+        if number > 0 {
+            writer.next_frame()?;
+        }
+        source.play_fragments(&mut |fragment| {
+            progress.step();
+            fragments += 1;
+            Ok(writer.push(fragment)?)
+        })
     })?;
     writer.finish()?;
     drop(progress);
     if !args.quiet {
-        say(&format!("{fragments} fragments in {}\n", args.out.display()))?;
+        let of_frames = if frames > 1 { format!(" of {frames} frames") } else { String::new() };
+        say(&format!("{fragments} fragments{of_frames} in {}\n", args.out.display()))?;
     }
     Ok(true)
 }

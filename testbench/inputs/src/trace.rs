@@ -1,6 +1,7 @@
 //! Traces: the bytes are read in either form as the description of the format says, or refused where it says.
 //!
-//! What is read and written again reads the same, in either form.
+//! What is read and written again reads the same, in either form. A file may have several frames; they are read from the last to the
+//! first too, of a file of which nothing is known yet.
 
 use crate::{path, write};
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
@@ -8,8 +9,11 @@ use pellucid_testbench::trace::{Trace, TraceError, TraceWriter};
 use std::fs;
 use std::path::Path;
 
-/// Bytes of the binary form's header.
-const HEADER_BYTES: usize = 16;
+/// The fragments of each frame.
+type Frames = Vec<Vec<Fragment>>;
+
+/// Bytes of the binary form's header with one frame, and with several.
+const HEADER_BYTES: [usize; 2] = [16, 18];
 /// Bytes of each of its records.
 const RECORD_BYTES: usize = 11;
 /// A line of the text form has fewer bytes.
@@ -39,13 +43,13 @@ fn check_text(bytes: &[u8]) {
             return;
         }
     };
-    let (fragments, end) = play(&trace);
-    let (expected, wrong) = described(bytes, trace.info());
-    assert_eq!(fragments, expected);
+    let (frames, end) = play(&trace);
+    let (expected, wrong) = described(bytes, &trace);
+    assert_eq!(frames, expected);
     match end {
         Ok(()) => {
             assert_eq!(wrong, None, "a wrong line is read");
-            check_written(trace.info(), &fragments);
+            check_written(trace.info(), &frames);
         }
         Err(error) => {
             check_message(&error, &path);
@@ -63,7 +67,7 @@ fn check_binary(bytes: &[u8]) {
             check_message(&error, &path);
             let refused = match error {
                 TraceError::Header { offset, .. } => {
-                    offset < HEADER_BYTES as u64 && offset <= bytes.len() as u64
+                    offset < HEADER_BYTES[1] as u64 && offset <= bytes.len() as u64
                 }
                 TraceError::OtherForm { .. } => bytes.starts_with(b"# pellucid-trace"),
                 _ => false,
@@ -72,56 +76,91 @@ fn check_binary(bytes: &[u8]) {
             return;
         }
     };
-    let (fragments, end) = play(&trace);
-    check_on_screen(&fragments, trace.info());
+    let (frames, end) = play(&trace);
+    frames.iter().for_each(|frame| check_on_screen(frame, trace.info()));
     let Err(error) = end else {
-        let written = check_written(trace.info(), &fragments);
+        let written = check_written(trace.info(), &frames);
         assert!(written == bytes, "the same trace has other bytes");
         return;
     };
     check_message(&error, &path);
     let TraceError::Record { record, offset, .. } = error else { panic!("refused by {error:?}") };
-    assert_eq!(record, fragments.len() as u64 + 1, "the fragments before the wrong record");
-    assert_eq!(offset, (HEADER_BYTES + RECORD_BYTES * fragments.len()) as u64);
-    // It is that record that is wrong: what comes before is right.
-    let before = bytes.get(..offset as usize).expect("the wrong record begins in the file");
-    let count = fragments.len() as u64;
-    let end = [&[0xff; 4][..], &count.to_le_bytes()[..RECORD_BYTES - 4]].concat();
-    let trace = Trace::open(&write("before.ptrace", &[before, &end].concat()));
-    let (again, end) = play(&trace.expect("the header is as it was"));
+    // Those of the frame that is wrong, and fragments and end records of those before.
+    let before = frames.iter().map(Vec::len).sum::<usize>() + frames.len() - 1;
+    assert_eq!(record, before as u64 + 1, "the records before the wrong one");
+    let header = HEADER_BYTES[usize::from(trace.frames() > 1)];
+    assert_eq!(offset, (header + RECORD_BYTES * before) as u64);
+    // It is that record that is wrong: what comes before is right, and with an end record a whole trace of so many frames.
+    let records = bytes.get(header..offset as usize).expect("the wrong record is in the file");
+    let count = frames.len() as u16;
+    let mut whole = bytes[..HEADER_BYTES[0]].to_vec();
+    whole[7] = if count > 1 { 2 } else { 1 };
+    if count > 1 {
+        whole.extend_from_slice(&count.to_le_bytes());
+    }
+    whole.extend_from_slice(records);
+    whole.extend_from_slice(&[0xff; 4]);
+    let last = frames.last().expect("the wrong one is among them").len() as u64;
+    whole.extend_from_slice(&last.to_le_bytes()[..RECORD_BYTES - 4]);
+    let trace = Trace::open(&write("before.ptrace", &whole)).expect("the header is as it was");
+    let (again, end) = play(&trace);
     end.expect("what comes before the wrong record is right");
-    assert_eq!(again, fragments);
+    assert_eq!(again, frames);
 }
 
-/// Every fragment, and how the play ended; the same at a second play.
-fn play(trace: &Trace) -> (Vec<Fragment>, Result<(), TraceError>) {
-    let once = || {
+/// Every frame up to the one that is wrong, if one is, with the fragments before what is wrong; the same from the last to the first,
+/// and at a second play.
+fn play(trace: &Trace) -> (Frames, Result<(), TraceError>) {
+    let forwards = played(trace, 0..trace.frames());
+    let other = Trace::open(trace.path()).expect("it was opened");
+    let backwards = played(&other, (0..forwards.0.len() as u32).rev());
+    let again = played(trace, 0..trace.frames());
+    assert_eq!(again.0, forwards.0, "a second play");
+    if forwards.1.is_ok() {
+        assert!(backwards.0.iter().rev().eq(&forwards.0), "from the last to the first");
+    }
+    forwards
+}
+
+/// The frames of these numbers, up to the first that is wrong.
+fn played(trace: &Trace, numbers: impl Iterator<Item = u32>) -> (Frames, Result<(), TraceError>) {
+    let mut frames = vec![];
+    for number in numbers {
+        let later = trace.later(number).expect("there are so many");
         let mut fragments = vec![];
-        let end = trace.play::<TraceError>(&mut |fragment| {
+        let end = later.as_ref().unwrap_or(trace).play::<TraceError>(&mut |fragment| {
             fragments.push(fragment);
             Ok(())
         });
-        (fragments, end)
-    };
-    let (first, second) = (once(), once());
-    assert_eq!(first.0, second.0, "a second play");
-    first
+        frames.push(fragments);
+        if end.is_err() {
+            return (frames, end);
+        }
+    }
+    (frames, Ok(()))
 }
 
 /// Writes the trace in either form and reads it back; the bytes of the binary form.
-fn check_written(info: Screen, fragments: &[Fragment]) -> Vec<u8> {
+fn check_written(info: Screen, frames: &Frames) -> Vec<u8> {
     for name in ["again.csv", "again.ptrace"] {
         let path = path(name);
-        let mut writer = TraceWriter::create(&path, info).expect("what was read can be written");
-        for &fragment in fragments {
-            writer.push(fragment).expect("what was read can be written");
+        let count = frames.len() as u32;
+        let writer = TraceWriter::create(&path, info, count);
+        let mut writer = writer.expect("what was read can be written");
+        for (number, frame) in frames.iter().enumerate() {
+            if number > 0 {
+                writer.next_frame().expect("what was read can be written");
+            }
+            for &fragment in frame {
+                writer.push(fragment).expect("what was read can be written");
+            }
         }
         writer.finish().expect("a temporary file");
         let trace = Trace::open(&path).expect("what was written can be read");
-        assert_eq!(trace.info(), info, "{name}");
+        assert_eq!((trace.info(), trace.frames()), (info, count), "{name}");
         let (again, end) = play(&trace);
         end.expect("what was written can be read");
-        assert_eq!(again, fragments, "{name}");
+        assert_eq!(again, *frames, "{name}");
     }
     fs::read(path("again.ptrace")).expect("a temporary file")
 }
@@ -138,30 +177,38 @@ fn check_message(error: &TraceError, path: &Path) {
     assert!(text.contains("expected") || text.contains("rename") || text.contains("has more than"));
 }
 
-/// The fragments of the text form before the first wrong line, and its number, by the description of the format: one
+/// The frames of the text form up to what is wrong, and the number of that line, by the description of the format: one
 /// field after the other, without a second path for plain lines.
-fn described(bytes: &[u8], info: Screen) -> (Vec<Fragment>, Option<u64>) {
+fn described(bytes: &[u8], trace: &Trace) -> (Frames, Option<u64>) {
     let mut lines: Vec<&[u8]> = bytes.split(|&byte| byte == b'\n').collect();
     if lines.last().is_some_and(|line| line.is_empty()) {
         lines.pop();
     }
-    let (mut fragments, mut blank) = (vec![], None);
+    let after = lines.len() as u64 + 1;
+    let (mut frames, mut blank) = (vec![vec![]], None);
     for (number, line) in (1..).zip(lines).skip(2) {
         if line.len() >= LINE_BYTES {
-            return (fragments, Some(number));
+            return (frames, Some(number));
         }
         let line = line.strip_suffix(b"\r").unwrap_or(line);
-        if line.iter().all(|byte| b" \t".contains(byte)) {
+        let next = format!("# frame {}", frames.len());
+        let is_blank = |byte: &u8| b" \t".contains(byte);
+        if line.iter().all(is_blank) {
             blank = blank.or(Some(number));
         } else if blank.is_some() {
-            return (fragments, blank);
-        } else if let Some(fragment) = described_line(line, info) {
-            fragments.push(fragment);
+            return (frames, blank);
+        } else if (frames.len() as u32) < trace.frames()
+            && String::from_utf8_lossy(line).trim_matches([' ', '\t']) == next
+        {
+            frames.push(vec![]);
+        } else if let Some(fragment) = described_line(line, trace.info()) {
+            frames.last_mut().expect("there is a first one").push(fragment);
         } else {
-            return (fragments, Some(number));
+            return (frames, Some(number));
         }
     }
-    (fragments, None)
+    let is_whole = frames.len() as u32 == trace.frames();
+    (frames, (!is_whole).then_some(after))
 }
 
 fn described_line(line: &[u8], info: Screen) -> Option<Fragment> {

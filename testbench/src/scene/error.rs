@@ -1,5 +1,6 @@
 //! What can be wrong with a scene, each as one sentence.
 
+use super::vary::Vary;
 use crate::output::reason;
 use crate::room::Full;
 use pellucid_machine::params::did_you_mean;
@@ -116,6 +117,16 @@ pub enum SceneError {
         /// What was asked for.
         what: &'static str,
     },
+    /// A way of varying that there is nothing for in the scene.
+    #[error("`{scene}` has nothing that `{vary}` varies: expected {ways}")]
+    Vary {
+        /// The scene's name or path.
+        scene: String,
+        /// What was asked for.
+        vary: Vary,
+        /// The ways that there are, as a message lists them.
+        ways: String,
+    },
     /// No instances, or too many.
     #[error("{instances} instances are out of range: expected 1..={}", super::MOST_INSTANCES)]
     Instances {
@@ -147,6 +158,19 @@ pub enum SceneError {
         /// All names of the scene, separated by commas.
         known: String,
     },
+}
+
+impl SceneError {
+    /// A way of varying that is none of these.
+    pub(crate) fn vary(scene: &str, vary: Vary, ways: &[Vary]) -> SceneError {
+        let names: Vec<String> = ways.iter().map(Vary::to_string).collect();
+        let (last, before) = names.split_last().expect("any frame can be repeated");
+        let ways = match before {
+            [] => last.clone(),
+            _ => format!("{} or {last}", before.join(", ")),
+        };
+        SceneError::Vary { scene: scene.into(), vary, ways }
+    }
 }
 
 /// The files that a frame can come from, as a message lists them.

@@ -15,6 +15,7 @@ mod camera;
 mod clip;
 mod contents;
 mod error;
+mod flat;
 mod geometry;
 mod instances;
 mod mesh;
@@ -22,11 +23,13 @@ mod order;
 mod paint;
 mod perspective;
 mod raster;
+mod sequence;
 mod set_up;
 mod shade;
 mod splat;
 mod srgb;
 mod texture;
+mod vary;
 mod walk;
 
 pub use alpha::{AlphaRule, AlphaRuleError};
@@ -37,20 +40,25 @@ pub use error::SceneError;
 pub use geometry::AlphaMode;
 pub use instances::MOST_INSTANCES;
 pub use order::{Order, OrderError};
+pub use sequence::Sequence;
 pub use set_up::point;
+pub use vary::{Varied, Vary, VaryError};
 pub use walk::{CameraPath, CameraPathError, Walk};
 
 use crate::room::{Limit, Room};
+use crate::source::{DEGREES_PER_FRAME, FRAMES_PER_SECOND};
 use built_in::paper::{Frame, Paper};
 use built_in::quads::Quads;
 use built_in::smoke::Smoke;
 use clip::Vertex;
+use flat::Flat;
 use geometry::{DEFAULT_ALPHA, Part};
 use instances::side_by_side;
 use pellucid_machine::pixel::{Fragment, MAX_SIDE, Screen};
 use pellucid_machine::primitive::Primitive;
-use shade::{Projected, Surface};
+use shade::Surface;
 use std::sync::Arc;
+use vary::Sample;
 
 /// Width of a frame where none is asked for, in pixels.
 const DEFAULT_WIDTH: u32 = 640;
@@ -71,8 +79,8 @@ pub struct Options {
     /// How often meshes are there, side by side along x, `1..=`[`MOST_INSTANCES`]; once if `None`. With several, the view fits
     /// all of them if no camera is given.
     pub instances: Option<u32>,
-    /// The way of the camera through several frames; see [`Scene::turned`] and [`Scene::moved`] if `None`.
-    pub walk: Option<Walk>,
+    /// How several frames differ; as [`Scene::later`] says if `None`.
+    pub sequence: Option<Sequence>,
     /// In which order the fragments of a triangle, splat or particle come; row by row if `None`.
     pub order: Option<Order>,
     /// The most memory that the scene may take; half of what the computer has left if `None`.
@@ -87,16 +95,24 @@ pub struct Scene {
     notes: Vec<String>,
     /// Those that the file of a mesh uses.
     extensions: Vec<Extension>,
-    /// The file of a mesh that moves, and how it is seen.
+    /// The file of a mesh that moves, and how it is opened.
     moving: Option<Box<(String, Options)>>,
-    /// The way of the camera, and the view that it starts from.
-    walk: Option<Box<(Walk, Camera)>>,
+    /// How frames differ, if it is told, and what they start from.
+    course: Option<Box<Course>>,
+}
+
+/// Where the frames of a sequence come from.
+#[derive(Debug)]
+struct Course {
+    sequence: Sequence,
+    /// The view of the scene alone, if it is made of meshes.
+    view: Option<Camera>,
 }
 
 #[derive(Debug)]
 enum Content {
     Surface(Box<Surface>),
-    Flat(Projected),
+    Flat(Box<Flat>),
     Smoke(Smoke),
     Paper(Paper),
 }
@@ -109,7 +125,11 @@ impl Scene {
     ///
     /// One sentence that names the scene or file, the line where the format has lines, and what was expected.
     pub fn open(name: &str, options: &Options) -> Result<Scene, SceneError> {
-        Scene::open_at(name, options, 0.0)
+        let scene = Scene::open_at(name, options, 0.0)?;
+        match options.sequence {
+            None => Ok(scene),
+            Some(sequence) => scene.first_of(name, sequence),
+        }
     }
 
     /// Opens a scene at a time of what moves in it.
@@ -179,11 +199,7 @@ impl Scene {
                     }
                     let scene =
                         surface(name, parts, options.camera, info(built_in::BACKDROP), options)?;
-                    let moving = moves.then(|| {
-                        let camera = scene.surface().map(|surface| surface.camera);
-                        let options = Options { camera, walk: None, ..options.clone() };
-                        Box::new((name.to_owned(), options))
-                    });
+                    let moving = moves.then(|| Box::new((name.to_owned(), options.clone())));
                     Ok(Scene { notes, extensions, moving, ..scene })
                 }
             },
@@ -191,7 +207,7 @@ impl Scene {
     }
 
     fn of(info: Screen, content: Content) -> Scene {
-        Scene { info, content, notes: vec![], extensions: vec![], moving: None, walk: None }
+        Scene { info, content, notes: vec![], extensions: vec![], moving: None, course: None }
     }
 
     /// What is to be said of the file, each as one sentence: what of it is not drawn, or drawn by a rule.
@@ -204,33 +220,100 @@ impl Scene {
         self.surface().map(|surface| surface.contents(&self.extensions))
     }
 
-    /// The scene so many seconds later, from this camera or the same as now; nothing if nothing of it moves.
-    ///
-    /// # Errors
-    /// The mesh file, which is read again, is not what it was.
-    pub fn moved(&self, seconds: f32, camera: Option<Camera>) -> Result<Option<Scene>, SceneError> {
-        let moved = |(name, options): &(String, Options)| {
-            let camera = camera.or(options.camera);
-            Scene::open_at(name, &Options { camera, ..options.clone() }, seconds)
-        };
-        self.moving.as_deref().map(moved).transpose()
+    /// The first frame of a sequence, from which those after it come.
+    fn first_of(self, name: &str, sequence: Sequence) -> Result<Scene, SceneError> {
+        if let Sequence::Varied(Varied { vary, .. }) = sequence
+            && !self.varies_by().contains(&vary)
+        {
+            return Err(SceneError::vary(name, vary, self.varies_by()));
+        }
+        let course = Some(Box::new(Course { sequence, view: self.view() }));
+        let scene = Scene { course, ..self };
+        Ok(match scene.later(0)? {
+            Some(Scene { content, .. }) => Scene { content, ..scene },
+            None => scene,
+        })
     }
 
-    /// The first frame of a way of the camera that starts from its view.
-    fn along(self, walk: Walk) -> Scene {
-        let Content::Surface(surface) = &self.content else { return self };
-        let view = surface.camera;
-        let first = surface.seen_from(walk.camera(view, 0));
-        Scene {
-            content: Content::Surface(Box::new(first)),
-            walk: Some(Box::new((walk, view))),
-            ..self
+    /// The scene without later frames.
+    #[must_use]
+    pub fn repeated(self) -> Scene {
+        let sequence = Sequence::Varied(Varied { vary: Vary::None, frames: 1 });
+        Scene { course: Some(Box::new(Course { sequence, view: None })), ..self }
+    }
+
+    /// What can vary in it.
+    fn varies_by(&self) -> &'static [Vary] {
+        match &self.content {
+            Content::Surface(surface) if surface.is_lit() => &Vary::ALL,
+            Content::Surface(_) => &[Vary::None, Vary::Aa, Vary::Focus, Vary::Motion],
+            Content::Smoke(_) => &[Vary::None, Vary::Aa, Vary::Focus],
+            Content::Flat(_) => &[Vary::None, Vary::Aa],
+            Content::Paper(_) => &[Vary::None],
         }
     }
 
-    /// Where the camera is so many frames later, if it has a way.
-    pub fn camera_later(&self, frames: u32) -> Option<Camera> {
-        self.walk.as_deref().map(|(walk, view)| walk.camera(*view, frames))
+    /// The frame so many frames later: as its sequence has it, else a mesh that moves has moved on, by [`FRAMES_PER_SECOND`], and
+    /// round any other the camera has gone by [`DEGREES_PER_FRAME`] each. Nothing if it is the same frame, or the scene is one
+    /// alone. To be asked of the first frame.
+    ///
+    /// # Errors
+    /// The file of a mesh that moves, which is read again, is not what it was.
+    pub fn later(&self, frames: u32) -> Result<Option<Scene>, SceneError> {
+        let time = f64::from(frames);
+        let Some(Course { sequence, view }) = self.course.as_deref() else {
+            return self.gone(time, self.onward(self.view(), time));
+        };
+        match sequence {
+            Sequence::Walk(walk) => self.gone(time, view.map(|view| walk.camera(view, frames))),
+            Sequence::Varied(varied) => {
+                let sample = varied.sample(frames);
+                match varied.vary {
+                    Vary::None => Ok(None),
+                    Vary::Motion => self.gone(sample.gone, self.onward(*view, sample.gone)),
+                    Vary::Aa | Vary::Focus | Vary::Light => Ok(self.sampled(*view, &sample)),
+                }
+            }
+        }
+    }
+
+    /// Where a camera without a way is after the time of so many frames: in its place where something moves, else farther round.
+    fn onward(&self, view: Option<Camera>, frames: f64) -> Option<Camera> {
+        let round = |view: Camera| view.turned(frames * f64::from(DEGREES_PER_FRAME));
+        if self.moving.is_some() { view } else { view.map(round) }
+    }
+
+    /// The scene after the time of so many frames, from this camera; nothing if it has none.
+    fn gone(&self, frames: f64, camera: Option<Camera>) -> Result<Option<Scene>, SceneError> {
+        let Some((name, options)) = self.moving.as_deref().filter(|_| frames > 0.0) else {
+            return Ok(camera.and_then(|camera| self.seen_from(camera)));
+        };
+        let seconds = frames / f64::from(FRAMES_PER_SECOND);
+        let options = Options { camera, ..options.clone() };
+        Scene::open_at(name, &options, seconds as f32).map(Some)
+    }
+
+    /// The scene from another camera. Only scenes of triangles can be seen so.
+    fn seen_from(&self, camera: Camera) -> Option<Scene> {
+        self.sampled(Some(camera), &Sample::default())
+    }
+
+    /// The scene where what varies is at `sample`, one of triangles from this camera.
+    fn sampled(&self, view: Option<Camera>, sample: &Sample) -> Option<Scene> {
+        let content = match &self.content {
+            Content::Surface(surface) => Content::Surface(Box::new(
+                surface.seen_from(view.unwrap_or(surface.camera), sample),
+            )),
+            Content::Smoke(smoke) => Content::Smoke(smoke.sampled(sample)),
+            Content::Flat(flat) => Content::Flat(Box::new(flat.sampled(sample))),
+            Content::Paper(_) => return None,
+        };
+        Some(Scene::of(self.info, content))
+    }
+
+    /// Where it is seen from, if it is made of meshes.
+    fn view(&self) -> Option<Camera> {
+        self.surface().map(|surface| surface.camera)
     }
 
     /// Its meshes, if it is made of such.
@@ -239,18 +322,6 @@ impl Scene {
             Content::Surface(surface) => Some(surface),
             Content::Flat(_) | Content::Smoke(_) | Content::Paper(_) => None,
         }
-    }
-
-    /// The scene after its camera has gone round what it looks at by so many degrees, about a vertical axis,
-    /// counter-clockwise as seen from above. Only scenes of triangles can be seen so.
-    pub fn turned(&self, degrees: f64) -> Option<Scene> {
-        self.seen_from(self.surface()?.camera.turned(degrees))
-    }
-
-    /// The scene from another camera. Only scenes of triangles can be seen so.
-    pub fn seen_from(&self, camera: Camera) -> Option<Scene> {
-        let seen = self.surface()?.seen_from(camera);
-        Some(Scene::of(self.info, Content::Surface(Box::new(seen))))
     }
 
     /// The frame's size and background.
@@ -267,7 +338,7 @@ impl Scene {
     pub fn play<E>(&self, sink: &mut dyn FnMut(Fragment) -> Result<(), E>) -> Result<(), E> {
         match &self.content {
             Content::Surface(surface) => surface.projected.play(sink),
-            Content::Flat(flat) => flat.play(sink),
+            Content::Flat(flat) => flat.projected.play(sink),
             Content::Smoke(smoke) => smoke.play(sink),
             Content::Paper(paper) => paper.play(sink),
         }
@@ -286,7 +357,7 @@ impl Scene {
     ) -> Result<(), E> {
         match &self.content {
             Content::Surface(surface) => surface.projected.play_primitives(sink),
-            Content::Flat(flat) => flat.play_primitives(sink),
+            Content::Flat(flat) => flat.projected.play_primitives(sink),
             Content::Smoke(_) | Content::Paper(_) => {
                 self.play(&mut |fragment| sink(point(fragment)))
             }
@@ -297,7 +368,7 @@ impl Scene {
     pub fn primitives(&self) -> usize {
         match &self.content {
             Content::Surface(surface) => surface.projected.primitives(),
-            Content::Flat(flat) => flat.primitives(),
+            Content::Flat(flat) => flat.projected.primitives(),
             Content::Smoke(smoke) => smoke.particles(),
             Content::Paper(paper) => paper.layers(),
         }
@@ -321,12 +392,8 @@ fn surface(
     let room = Room::new(options.memory_limit);
     let parts = side_by_side(name, parts, options.instances.unwrap_or(1), room)?;
     let order = options.order.unwrap_or_default();
-    let surface = Surface::new(Arc::new(parts), camera, info, order);
-    let scene = Scene::of(info, Content::Surface(Box::new(surface)));
-    Ok(match options.walk {
-        None => scene,
-        Some(walk) => scene.along(walk),
-    })
+    let surface = Surface::new(Arc::new(parts), camera, info, order, &Sample::default());
+    Ok(Scene::of(info, Content::Surface(Box::new(surface))))
 }
 
 /// Triangles that lie on the screen.
@@ -339,7 +406,8 @@ fn flat(
     refuse_meshes(name, options)?;
     refuse(name, "a camera", options.camera.is_some())?;
     let order = options.order.unwrap_or_default();
-    Ok(Scene::of(info, Content::Flat(Projected::new(vertices, triangles, info, order))))
+    let flat = Flat::new(vertices, triangles, info, order, &Sample::default());
+    Ok(Scene::of(info, Content::Flat(Box::new(flat))))
 }
 
 fn paper(name: &str, frame: Frame, info: Screen, options: &Options) -> Result<Scene, SceneError> {
@@ -361,7 +429,7 @@ fn refuse_meshes(name: &str, options: &Options) -> Result<(), SceneError> {
     let given = [
         (!options.alphas.is_empty(), "an alpha"),
         (options.instances.is_some(), "a number of instances"),
-        (options.walk.is_some(), "a path"),
+        (matches!(options.sequence, Some(Sequence::Walk(_))), "a path"),
     ];
     match given.into_iter().find(|(given, _)| *given) {
         None => Ok(()),

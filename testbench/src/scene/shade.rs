@@ -13,7 +13,8 @@ use super::paint::Paint;
 use super::raster::Raster;
 use super::set_up::point;
 use super::splat::Ellipse;
-use glam::{Vec3, Vec4};
+use super::vary::{Sample, aspect};
+use glam::{Vec2, Vec3, Vec4};
 use pellucid_machine::pixel::Fragment;
 use pellucid_machine::primitive::Primitive;
 use std::ops::Range;
@@ -21,6 +22,8 @@ use std::sync::Arc;
 
 /// Direction of the key light in the camera's right, up and back axes.
 const KEY_LIGHT: Vec3 = Vec3::new(-0.45, 0.75, 0.6);
+/// Radius of the light, in its distance.
+const LIGHT_RADIUS: f32 = 0.3;
 /// Sharpness of a highlight.
 const SHININESS: i32 = 48;
 /// Highest alpha that a rim or highlight gives to a transparent part.
@@ -63,17 +66,19 @@ struct Painted {
 }
 
 impl Surface {
-    /// Lights the parts as seen by the camera, or by one that shows all of them if `None`.
+    /// Lights the parts as seen by the camera, or by one that shows all of them if `None`, where what varies is at `sample`.
     pub fn new(
         parts: Arc<Vec<Part>>,
         camera: Option<Camera>,
         info: Screen,
         order: Order,
+        sample: &Sample,
     ) -> Surface {
         let points: Vec<Vec3> = parts.iter().flat_map(|part| &part.positions).copied().collect();
-        let aspect = f64::from(info.width) / f64::from(info.height);
+        let aspect = aspect(info);
         let camera = camera.unwrap_or_else(|| Camera::framing(&points, aspect));
-        let view = camera.view(&points, aspect);
+        let view = sample.seen(&camera, camera.view(&points, aspect), info);
+        let light = light(&view, sample.light.as_vec2());
         let mut vertices = Vec::with_capacity(points.len());
         let mut triangles = Vec::with_capacity(parts.iter().map(|part| part.triangles.len()).sum());
         let (mut painted, mut splats) = (vec![], vec![]);
@@ -91,7 +96,7 @@ impl Surface {
             let normals = part.unit_normals();
             vertices.extend((0..part.positions.len()).map(|i| Vertex {
                 clip: view.clip * part.positions[i].as_dvec3().extend(1.0),
-                colour: lit(part, i, normals[i], &view),
+                colour: lit(part, i, normals[i], &view, light),
             }));
             if let Some(paint) = part.paint.clone() {
                 let triangles = first_triangle..triangles.len();
@@ -109,9 +114,15 @@ impl Surface {
         Contents::new(self.camera, &self.parts, extensions)
     }
 
-    /// The same parts as another camera sees them.
-    pub fn seen_from(&self, camera: Camera) -> Surface {
-        Surface::new(self.parts.clone(), Some(camera), self.info, self.projected.order)
+    /// The same parts as another camera sees them, where what varies is at `sample`.
+    pub fn seen_from(&self, camera: Camera, sample: &Sample) -> Surface {
+        let (parts, order) = (self.parts.clone(), self.projected.order);
+        Surface::new(parts, Some(camera), self.info, order, sample)
+    }
+
+    /// Whether light falls on any of it.
+    pub fn is_lit(&self) -> bool {
+        self.parts.iter().any(|part| part.splats.is_empty() && !part.unlit)
     }
 }
 
@@ -195,14 +206,19 @@ impl Projected {
     }
 }
 
-/// Colour of vertex `i`, 0..=255 per channel; of a part that is painted, what multiplies it.
-fn lit(part: &Part, i: usize, normal: Vec3, view: &View) -> Vec4 {
+/// The direction of the key light from this place of it, in its radii.
+fn light(view: &View, place: Vec2) -> Vec3 {
     let [right, up, back] = view.axes.map(|axis| axis.as_vec3());
-    let to_eye = (view.eye - part.positions[i].as_dvec3())
-        .try_normalize()
-        .map_or(back, |to_eye| to_eye.as_vec3());
+    let (distance, (u, v)) = (KEY_LIGHT.length(), KEY_LIGHT.normalize().any_orthonormal_pair());
+    let from = KEY_LIGHT + LIGHT_RADIUS * distance * (place.x * u + place.y * v);
+    (from.x * right + from.y * up + from.z * back).normalize()
+}
+
+/// Colour of vertex `i`, 0..=255 per channel; of a part that is painted, what multiplies it.
+fn lit(part: &Part, i: usize, normal: Vec3, view: &View, light: Vec3) -> Vec4 {
+    let to_eye =
+        (view.eye - part.positions[i].as_dvec3()).try_normalize().unwrap_or(view.axes[2]).as_vec3();
     let normal = if normal.dot(to_eye) < 0.0 { -normal } else { normal };
-    let light = (KEY_LIGHT.x * right + KEY_LIGHT.y * up + KEY_LIGHT.z * back).normalize();
 
     let sky = 0.5 + 0.5 * normal.y;
     let diffuse = normal.dot(light).max(0.0);

@@ -122,7 +122,10 @@ fn an_order_of_fragments_changes_nothing_else() {
         }
     }
     let options = Options { order: Some(Order::Morton), ..sized(64, 48) };
-    let turned = |options| fragments(&Scene::open("teapot", options).unwrap().turned(3.0).unwrap());
+    let turned = |options| {
+        let scene = Scene::open("teapot", options).unwrap();
+        fragments(&scene.later(1).unwrap().unwrap())
+    };
     assert_ne!(turned(&options), turned(&sized(64, 48)));
 }
 
@@ -130,12 +133,12 @@ fn an_order_of_fragments_changes_nothing_else() {
 fn scenes_of_triangles_are_seen_from_all_sides() {
     for name in ["glass", "teapot"] {
         let scene = Scene::open(name, &sized(64, 48)).unwrap();
-        let turned = |degrees| scene.turned(degrees).unwrap();
-        assert_ne!(fragments(&turned(3.0)), fragments(&scene));
-        assert!(fragments(&turned(90.0)).len() > 500);
+        let turned = |frames| scene.later(frames).unwrap().unwrap();
+        assert_ne!(fragments(&turned(1)), fragments(&scene));
+        assert!(fragments(&turned(30)).len() > 500);
     }
     for name in ["smoke", "paper-0"] {
-        assert!(Scene::open(name, &Options::default()).unwrap().turned(3.0).is_none());
+        assert!(Scene::open(name, &Options::default()).unwrap().later(1).unwrap().is_none());
     }
 }
 
@@ -169,7 +172,7 @@ fn instances_stand_side_by_side_in_view() {
 fn a_walk_goes_its_way_from_the_view_of_the_scene() {
     for path in CameraPath::ALL {
         let walk = Walk { path, frames: 4 };
-        let with_walk = Options { walk: Some(walk), ..sized(64, 48) };
+        let with_walk = Options { sequence: Some(Sequence::Walk(walk)), ..sized(64, 48) };
         let scene = Scene::open("teapot", &with_walk).unwrap();
         let view = Scene::open("teapot", &sized(64, 48)).unwrap().contents().unwrap().camera;
         let source = Source::open("teapot", &with_walk).unwrap();
@@ -197,8 +200,8 @@ fn bad_options_are_refused_with_a_sentence() {
     let camera = Options { camera: Some("0,0,1:0,0,0".parse().unwrap()), ..none.clone() };
     let alphas = |rule: &str| Options { alphas: vec![rule.parse().unwrap()], ..Options::default() };
     let instances = |instances| Options { instances: Some(instances), ..Options::default() };
-    let walk = Some(Walk { path: CameraPath::Orbit, frames: 3 });
-    let walk = Options { walk, ..Options::default() };
+    let walk = Sequence::Walk(Walk { path: CameraPath::Orbit, frames: 3 });
+    let walk = Options { sequence: Some(walk), ..Options::default() };
     let cases = [
         (
             "glas",

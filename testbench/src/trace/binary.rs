@@ -1,10 +1,11 @@
-//! The compact form of a trace, `.ptrace`: 16 bytes of header, then records of 11 bytes, little-endian.
+//! The compact form of a trace, `.ptrace`: 16 or 18 bytes of header, then records of 11 bytes, little-endian.
 //!
 //! | part | bytes | content |
 //! | --- | --- | --- |
 //! | header | 0..8 | `89 50 54 52 41 43 45 01`: a byte that no text has, `PTRACE`, version 1 |
 //! | | 8..10, 10..12 | width, height |
 //! | | 12..15, 15 | background red, green, blue; zero |
+//! | | 16..18 | in version 2 alone: number of frames, at least 2 |
 //! | fragment | 0..2, 2..4 | x, y |
 //! | | 4..7 | z |
 //! | | 7..11 | red, green, blue, alpha |
@@ -12,7 +13,7 @@
 //! | | 4..11 | number of fragments |
 //!
 //! The number stands at the end, so that a writer need not know it beforehand and a reader finds a file that
-//! was cut short.
+//! was cut short. In version 2 each frame has its fragments and its end record, one frame after the other.
 
 use std::io::Read;
 use std::path::Path;
@@ -22,26 +23,36 @@ use pellucid_machine::pixel::Fragment;
 use super::csv_header;
 use super::error::TraceError;
 use super::fields;
+use super::starts::Start;
 use super::window::Window;
+use super::{Header, MOST_FRAMES};
 use pellucid_machine::pixel::Screen;
 
-/// The first bytes of a file; the last of them is the version.
-pub(super) const MAGIC: [u8; 8] = *b"\x89PTRACE\x01";
+/// The first bytes of a file, before its version.
+pub(super) const MAGIC: [u8; 7] = *b"\x89PTRACE";
+/// The version of a file with one frame, and that of one with several.
+const VERSIONS: [u8; 2] = [1, 2];
 
-/// Bytes of the header.
+/// Bytes of the header in version 1.
 const HEADER_BYTES: usize = 16;
+/// Bytes of the header in version 2.
+const LONG_HEADER_BYTES: usize = 18;
 /// Bytes of a fragment, and of the end record.
 const RECORD_BYTES: usize = 11;
 /// Records read at a time.
 const BLOCK_RECORDS: usize = 1 << 14;
 
 /// The header of a file.
-pub(super) fn header(info: Screen) -> [u8; HEADER_BYTES] {
-    let mut bytes = [0; HEADER_BYTES];
-    bytes[..8].copy_from_slice(&MAGIC);
-    bytes[8..10].copy_from_slice(&(info.width as u16).to_le_bytes());
-    bytes[10..12].copy_from_slice(&(info.height as u16).to_le_bytes());
-    bytes[12..15].copy_from_slice(&info.background.to_be_bytes()[1..]);
+pub(super) fn header(Header { screen, frames }: Header) -> Vec<u8> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.push(VERSIONS[usize::from(frames > 1)]);
+    bytes.extend_from_slice(&(screen.width as u16).to_le_bytes());
+    bytes.extend_from_slice(&(screen.height as u16).to_le_bytes());
+    bytes.extend_from_slice(&screen.background.to_be_bytes()[1..]);
+    bytes.push(0);
+    if frames > 1 {
+        bytes.extend_from_slice(&(frames as u16).to_le_bytes());
+    }
     bytes
 }
 
@@ -54,27 +65,27 @@ pub(super) fn encode(fragment: Fragment, bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(&[x0, x1, y0, y1, z0, z1, z2, r, g, b, a]);
 }
 
-/// The end record of a file with so many fragments.
+/// The end record of a frame with so many fragments.
 pub(super) fn end(count: u64) -> [u8; RECORD_BYTES] {
     let mut bytes = [0xff; RECORD_BYTES];
     bytes[4..].copy_from_slice(&count.to_le_bytes()[..7]);
     bytes
 }
 
-/// A reader past the header.
+/// A reader at the start of a frame.
 pub(super) struct Reader<'a, R> {
     path: &'a Path,
     window: Window<R>,
-    info: Screen,
-    /// Fragments read.
-    count: u64,
+    header: Header,
+    /// Where it began.
+    start: Start,
 }
 
 impl<'a, R: Read> Reader<'a, R> {
     /// Reads and checks the header. `path` is for messages.
     pub(super) fn new(path: &'a Path, reader: R) -> Result<Reader<'a, R>, TraceError> {
         let mut window = Window::new(reader);
-        window.want(HEADER_BYTES).map_err(|error| TraceError::read(path, &error))?;
+        window.want(LONG_HEADER_BYTES).map_err(|error| TraceError::read(path, &error))?;
         let bytes = window.bytes();
         if bytes.starts_with(csv_header::MARK.as_bytes()) {
             return Err(TraceError::OtherForm {
@@ -83,25 +94,37 @@ impl<'a, R: Read> Reader<'a, R> {
                 extension: ".csv",
             });
         }
-        let info = parse_header(bytes).map_err(|(offset, problem)| TraceError::Header {
-            path: path.to_owned(),
-            offset,
-            problem,
+        let (header, length) = parse_header(bytes).map_err(|(offset, problem)| {
+            TraceError::Header { path: path.to_owned(), offset, problem }
         })?;
-        window.consume(HEADER_BYTES);
-        Ok(Reader { path, window, info, count: 0 })
+        window.consume(length);
+        Ok(Reader { path, window, header, start: Start::default() })
     }
 
-    pub(super) fn info(&self) -> Screen {
-        self.info
+    /// A reader of what comes at the start of a frame in a file with that header.
+    pub(super) fn at(path: &'a Path, reader: R, header: Header, start: Start) -> Reader<'a, R> {
+        Reader { path, window: Window::new(reader), header, start }
     }
 
-    /// Plays all fragments and checks the end.
-    pub(super) fn play<E: From<TraceError>>(
-        mut self,
+    pub(super) fn header(&self) -> Header {
+        self.header
+    }
+
+    /// Where it is.
+    pub(super) fn start(&self) -> Start {
+        let offset = self.start.offset + self.window.used();
+        let length = if self.header.frames > 1 { LONG_HEADER_BYTES } else { HEADER_BYTES };
+        Start { offset, before: (offset - length as u64) / RECORD_BYTES as u64 }
+    }
+
+    /// Plays the fragments of the frame with that number, and checks its end and that of the file after the last.
+    pub(super) fn frame<E: From<TraceError>>(
+        &mut self,
+        number: u32,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
-        let largest = fields::largest(self.info);
+        let largest = fields::largest(self.header.screen);
+        let first = self.start().before;
         loop {
             self.want(RECORD_BYTES)?;
             let block = self.window.bytes();
@@ -116,12 +139,12 @@ impl<'a, R: Read> Reader<'a, R> {
                 }
                 sink(fields::fragment(values))?;
                 used += RECORD_BYTES;
-                self.count += 1;
             }
             self.window.consume(used);
             if let Some((record, values)) = other {
                 if record[..4] == [0xff; 4] {
-                    return Ok(self.check_end(record)?);
+                    let is_last = number + 1 == self.header.frames;
+                    return Ok(self.check_end(record, self.start().before - first, is_last)?);
                 }
                 fields::check(&values, &largest).map_err(|problem| self.error(problem))?;
             }
@@ -136,22 +159,28 @@ impl<'a, R: Read> Reader<'a, R> {
         }
     }
 
-    /// Checks the end record, which is not consumed yet, and that nothing follows.
-    fn check_end(&mut self, record: [u8; RECORD_BYTES]) -> Result<(), TraceError> {
+    /// Checks the end record of a frame with so many fragments, and that nothing follows the last one.
+    fn check_end(
+        &mut self,
+        record: [u8; RECORD_BYTES],
+        expected: u64,
+        is_last: bool,
+    ) -> Result<(), TraceError> {
         let mut count = [0; 8];
         count[..7].copy_from_slice(&record[4..]);
-        let (found, expected) = (u64::from_le_bytes(count), self.count);
+        let found = u64::from_le_bytes(count);
         if found != expected {
             return Err(self.error(format!(
                 "the end record counts {found} fragments, expected {expected}, as many as there are"
             )));
         }
         self.want(RECORD_BYTES + 1)?;
-        if self.window.bytes().len() > RECORD_BYTES {
+        if is_last && self.window.bytes().len() > RECORD_BYTES {
             return Err(
                 self.error("bytes follow the end record, expected the end of the file".into())
             );
         }
+        self.window.consume(RECORD_BYTES);
         Ok(())
     }
 
@@ -159,14 +188,10 @@ impl<'a, R: Read> Reader<'a, R> {
         self.window.want(bytes).map_err(|error| TraceError::read(self.path, &error))
     }
 
-    /// An error in the record after the fragments read.
+    /// An error in the record that it is at.
     fn error(&self, problem: String) -> TraceError {
-        TraceError::Record {
-            path: self.path.to_owned(),
-            record: self.count + 1,
-            offset: HEADER_BYTES as u64 + self.count * RECORD_BYTES as u64,
-            problem,
-        }
+        let Start { offset, before } = self.start();
+        TraceError::Record { path: self.path.to_owned(), record: before + 1, offset, problem }
     }
 }
 
@@ -175,30 +200,38 @@ fn decode(record: &[u8; RECORD_BYTES]) -> [u32; 7] {
     [x0 | x1 << 8, y0 | y1 << 8, z0 | z1 << 8 | z2 << 16, r, g, b, a]
 }
 
-/// The frame of a header, or the offset and what is wrong there.
-fn parse_header(bytes: &[u8]) -> Result<Screen, (u64, String)> {
-    let magic = bytes.iter().zip(&MAGIC).take_while(|(a, b)| a == b).count();
-    if magic < 7 {
+/// What a header says and how many bytes it has, or the offset and what is wrong there.
+fn parse_header(bytes: &[u8]) -> Result<(Header, usize), (u64, String)> {
+    if !bytes.starts_with(&MAGIC) {
         return Err((0, "found no trace, expected the bytes 89 50 54 52 41 43 45".into()));
     }
-    let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
-        let found = bytes.len();
-        let problem = format!("the file is cut short, expected {HEADER_BYTES} bytes of header");
-        return Err((found as u64, problem));
+    let cut = |expected: usize| {
+        let problem = format!("the file is cut short, expected {expected} bytes of header");
+        (bytes.len() as u64, problem)
     };
-    if magic < MAGIC.len() {
-        return Err((7, format!("version is {}, expected {}", header[7], MAGIC[7])));
+    let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| cut(HEADER_BYTES))?;
+    let [one, several] = VERSIONS;
+    let version = header[MAGIC.len()];
+    if !VERSIONS.contains(&version) {
+        return Err((7, format!("version is {version}, expected {one} or {several}")));
     }
-    let half = |at: usize| u32::from(header[at]) | u32::from(header[at + 1]) << 8;
-    let info = Screen {
-        width: half(8),
-        height: half(10),
+    let half = |bytes: &[u8], at: usize| u32::from(bytes[at]) | u32::from(bytes[at + 1]) << 8;
+    let screen = Screen {
+        width: half(header, 8),
+        height: half(header, 10),
         background: u32::from_be_bytes([0, header[12], header[13], header[14]]),
     };
-    fields::check_frame(info).map_err(|problem| (8, problem))?;
-    match header[15] {
-        0 => Ok(info),
-        found => Err((15, format!("found {found}, expected 0"))),
+    fields::check_frame(screen).map_err(|problem| (8, problem))?;
+    if header[15] != 0 {
+        return Err((15, format!("found {}, expected 0", header[15])));
+    }
+    if version == one {
+        return Ok((Header { screen, frames: 1 }, HEADER_BYTES));
+    }
+    let header = bytes.first_chunk::<LONG_HEADER_BYTES>().ok_or_else(|| cut(LONG_HEADER_BYTES))?;
+    match half(header, HEADER_BYTES) {
+        frames @ 2.. => Ok((Header { screen, frames }, LONG_HEADER_BYTES)),
+        frames => Err((16, fields::problem("frames", &frames.to_string(), 2, MOST_FRAMES))),
     }
 }
 

@@ -6,6 +6,9 @@
 //! 12,7,8388608,255,128,0,127
 //! ```
 //!
+//! Of several frames, the first line has their number, `frames=2`, and before each but the first comes a line `# frame 1`, with its
+//! number from 0.
+//!
 //! Traces are long, so reading has two paths. The quick one takes lines exactly as our writer makes them,
 //! a field at a time in one machine word ([`digits`]). Whatever it does not
 //! recognise goes to the careful one, which tolerates CRLF, spaces around numbers, blank lines at the end and
@@ -16,13 +19,14 @@ use std::path::Path;
 
 use pellucid_machine::pixel::Fragment;
 
+use super::Header;
 use super::binary::MAGIC;
 use super::csv_header;
 use super::digits;
 use super::error::TraceError;
 use super::fields;
+use super::starts::Start;
 use super::window::Window;
-use pellucid_machine::pixel::Screen;
 
 /// The line that names the columns.
 pub(super) const COLUMNS: &str = "x,y,z,r,g,b,a";
@@ -37,10 +41,12 @@ const MAX_LINE_BYTES: usize = 4096;
 /// with its delimiter, and a line feed.
 const QUICK_BYTES: usize = 7 * 9 + 1;
 
-/// A reader past the first two lines.
+/// A reader at the start of a frame.
 pub(super) struct Reader<'a, R> {
     lines: Lines<'a, R>,
-    info: Screen,
+    header: Header,
+    /// Bytes of the file before the window's.
+    skipped: u64,
 }
 
 impl<'a, R: Read> Reader<'a, R> {
@@ -51,14 +57,14 @@ impl<'a, R: Read> Reader<'a, R> {
         if lines.window.bytes().starts_with(BYTE_ORDER_MARK) {
             lines.window.consume(BYTE_ORDER_MARK.len());
         }
-        if lines.window.bytes().starts_with(&MAGIC[..7]) {
+        if lines.window.bytes().starts_with(&MAGIC) {
             return Err(TraceError::OtherForm {
                 path: path.to_owned(),
                 found: "binary",
                 extension: ".ptrace",
             });
         }
-        let info = csv_header::parse(lines.next()?)
+        let header = csv_header::parse(lines.next()?)
             .map_err(|problem| TraceError::line(path, 1, problem))?;
         let columns = lines.next()?;
         let found = columns.map(|line| line.split(|&byte| byte == b',').map(trim));
@@ -67,27 +73,45 @@ impl<'a, R: Read> Reader<'a, R> {
             let problem = format!("found {found}, expected the columns `{COLUMNS}`");
             return Err(TraceError::line(path, 2, problem));
         }
-        Ok(Reader { lines, info })
+        Ok(Reader { lines, header, skipped: 0 })
     }
 
-    pub(super) fn info(&self) -> Screen {
-        self.info
+    /// A reader of what comes at the start of a frame in a file with that header.
+    pub(super) fn at(path: &'a Path, reader: R, header: Header, start: Start) -> Reader<'a, R> {
+        let lines = Lines { path, window: Window::new(reader), number: start.before };
+        Reader { lines, header, skipped: start.offset }
     }
 
-    /// Plays all fragments.
-    pub(super) fn play<E: From<TraceError>>(
-        mut self,
+    pub(super) fn header(&self) -> Header {
+        self.header
+    }
+
+    /// Where it is.
+    pub(super) fn start(&self) -> Start {
+        Start { offset: self.skipped + self.lines.window.used(), before: self.lines.number }
+    }
+
+    /// Plays the fragments of the frame with that number, and the line after it, of which there is none after the last.
+    pub(super) fn frame<E: From<TraceError>>(
+        &mut self,
+        number: u32,
         sink: &mut dyn FnMut(Fragment) -> Result<(), E>,
     ) -> Result<(), E> {
         let path = self.lines.path;
-        let largest = fields::largest(self.info);
+        let largest = fields::largest(self.header.screen);
+        let next = (number + 1 < self.header.frames).then(|| frame_line(number + 1));
         let mut blank = None;
         loop {
             if blank.is_none() {
                 self.lines.quick(&largest, sink)?;
             }
             let Some(line) = self.lines.next()? else {
-                return Ok(());
+                let Some(next) = next else { return Ok(()) };
+                let problem = format!(
+                    "found the end of the file, expected `{next}`, as the first line says {} frames",
+                    self.header.frames
+                );
+                return Err(TraceError::line(path, self.lines.number + 1, problem).into());
             };
             if trim(line).is_empty() {
                 blank = blank.or(Some(self.lines.number));
@@ -98,11 +122,19 @@ impl<'a, R: Read> Reader<'a, R> {
                     format!("the line is empty, expected {COLUMNS} or the end of the file");
                 return Err(TraceError::line(path, blank, problem).into());
             }
+            if next.as_ref().is_some_and(|next| trim(line) == next.as_bytes()) {
+                return Ok(());
+            }
             let values = careful(line, &largest)
                 .map_err(|problem| TraceError::line(path, self.lines.number, problem))?;
             sink(fields::fragment(values))?;
         }
     }
+}
+
+/// The line before the frame with that number.
+pub(super) fn frame_line(number: u32) -> String {
+    format!("# frame {number}")
 }
 
 /// The lines of a file, counted.
@@ -227,14 +259,11 @@ pub(super) fn quote(found: &[u8]) -> String {
 }
 
 /// The first two lines of a trace.
-pub(super) fn header(info: Screen) -> String {
-    let [_, r, g, b] = info.background.to_be_bytes();
-    format!(
-        "{} width={} height={} background={r},{g},{b}\n{COLUMNS}\n",
-        csv_header::MARK,
-        info.width,
-        info.height
-    )
+pub(super) fn header(Header { screen, frames }: Header) -> String {
+    let [_, r, g, b] = screen.background.to_be_bytes();
+    let (mark, width, height) = (csv_header::MARK, screen.width, screen.height);
+    let frames = if frames > 1 { format!(" frames={frames}") } else { String::new() };
+    format!("{mark} width={width} height={height} background={r},{g},{b}{frames}\n{COLUMNS}\n")
 }
 
 /// Appends a fragment's line.

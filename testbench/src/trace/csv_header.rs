@@ -1,15 +1,17 @@
-//! The first line of the text form: `# pellucid-trace width=W height=H background=R,G,B`, keys in any order.
+//! The first line of the text form: `# pellucid-trace width=W height=H background=R,G,B frames=N`, keys in any order, the last one
+//! only where there are several frames.
 
 use super::csv::quote;
 use super::digits;
 use super::fields;
+use super::{Header, MOST_FRAMES};
 use pellucid_machine::pixel::{MAX_SIDE, Screen};
 
 /// How the line starts.
 pub(super) const MARK: &str = "# pellucid-trace";
 
-/// The frame that the line describes, or what is wrong with it. `None` is an empty file.
-pub(super) fn parse(line: Option<&[u8]>) -> Result<Screen, String> {
+/// What the line says, or what is wrong with it. `None` is an empty file.
+pub(super) fn parse(line: Option<&[u8]>) -> Result<Header, String> {
     let line = line.unwrap_or_default();
     let text = std::str::from_utf8(line)
         .ok()
@@ -21,7 +23,7 @@ pub(super) fn parse(line: Option<&[u8]>) -> Result<Screen, String> {
             if line.is_empty() { "nothing".into() } else { quote(line) }
         ));
     };
-    let (mut width, mut height, mut background) = (None, None, None);
+    let (mut width, mut height, mut background, mut frames) = (None, None, None, None);
     for part in joined(text).split_whitespace() {
         let Some((key, value)) = part.split_once('=') else {
             return Err(format!("found {}, expected key=value", quote(part.as_bytes())));
@@ -30,24 +32,29 @@ pub(super) fn parse(line: Option<&[u8]>) -> Result<Screen, String> {
             "width" => &mut width,
             "height" => &mut height,
             "background" => &mut background,
+            "frames" => &mut frames,
             _ => {
                 let key = quote(key.as_bytes());
-                return Err(format!("key {key} is unknown, expected width, height and background"));
+                return Err(format!(
+                    "key {key} is unknown, expected width, height, background and frames"
+                ));
             }
         };
         let value = match key {
             "background" => colour(value)?,
+            "frames" => number(key, value, 1, MOST_FRAMES)?,
             _ => number(key, value, 1, MAX_SIDE)?,
         };
         if slot.replace(value).is_some() {
             return Err(format!("{key} is there twice, expected once"));
         }
     }
-    Ok(Screen {
+    let screen = Screen {
         width: width.ok_or("width is missing, expected width=W")?,
         height: height.ok_or("height is missing, expected height=H")?,
         background: background.ok_or("background is missing, expected background=R,G,B")?,
-    })
+    };
+    Ok(Header { screen, frames: frames.unwrap_or(1) })
 }
 
 /// Without the spaces around `=` and `,`, so that spaces part the keys only.

@@ -70,6 +70,16 @@ pub enum TraceError {
         /// The path.
         path: PathBuf,
     },
+    /// There are fewer frames than are asked for.
+    #[error("`{}` has no frame {number}, expected a frame from 0 to {}", path.display(), frames - 1)]
+    Frames {
+        /// The path.
+        path: PathBuf,
+        /// How many there are.
+        frames: u32,
+        /// Which one is asked for, from 0.
+        number: u32,
+    },
     /// A trace of such a frame cannot be written.
     #[error("cannot write `{}`: {problem}", path.display())]
     Frame {

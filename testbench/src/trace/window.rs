@@ -14,11 +14,18 @@ pub(super) struct Window<R> {
     start: usize,
     end: usize,
     at_end: bool,
+    used: u64,
 }
 
 impl<R: Read> Window<R> {
     pub(super) fn new(reader: R) -> Window<R> {
-        Window { reader, buffer: vec![0; WINDOW_BYTES], start: 0, end: 0, at_end: false }
+        let buffer = vec![0; WINDOW_BYTES];
+        Window { reader, buffer, start: 0, end: 0, at_end: false, used: 0 }
+    }
+
+    /// How many bytes have been used.
+    pub(super) fn used(&self) -> u64 {
+        self.used
     }
 
     /// The bytes read and not used yet.
@@ -34,7 +41,9 @@ impl<R: Read> Window<R> {
 
     /// Takes the first `count` bytes as used.
     pub(super) fn consume(&mut self, count: usize) {
-        self.start = (self.start + count).min(self.end);
+        let count = count.min(self.end - self.start);
+        self.start += count;
+        self.used += count as u64;
     }
 
     /// Reads until at least `count` bytes (at most [`WINDOW_BYTES`]) are there, or the file ends.

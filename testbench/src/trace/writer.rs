@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use pellucid_machine::pixel::Fragment;
 
 use super::error::TraceError;
-use super::{Form, binary, csv, fields};
+use super::{Form, Header, MOST_FRAMES, binary, csv, fields};
 use crate::output::{AtomicFile, OutputError};
 use pellucid_machine::pixel::Screen;
 
@@ -22,6 +22,10 @@ pub struct TraceWriter {
     file: AtomicFile,
     form: Form,
     largest: [u32; 7],
+    header: Header,
+    /// Which frame is being written, from 0.
+    number: u32,
+    /// Fragments of it so far.
     count: u64,
     gathered: Vec<u8>,
     /// The error of an earlier write.
@@ -29,24 +33,33 @@ pub struct TraceWriter {
 }
 
 impl TraceWriter {
-    /// Starts the trace that will be `path`, in the form that the name's ending says, `.csv` or `.ptrace`.
+    /// Starts the trace that will be `path`, of so many frames, in the form that the name's ending says, `.csv` or `.ptrace`.
     ///
     /// # Errors
-    /// Another ending, a frame without pixels or above `MAX_SIDE`, a folder that is missing or not writable.
-    pub fn create(path: &Path, info: Screen) -> Result<TraceWriter, TraceError> {
+    /// Another ending, no frames or more than [`MOST_FRAMES`], frames without pixels or above `MAX_SIDE`, a folder that is missing or
+    /// not writable.
+    pub fn create(path: &Path, screen: Screen, frames: u32) -> Result<TraceWriter, TraceError> {
         let form = Form::of(path)?;
-        fields::check_frame(info)
+        let counted = match frames {
+            1..=MOST_FRAMES => Ok(()),
+            _ => Err(fields::problem("frames", &frames.to_string(), 1, MOST_FRAMES)),
+        };
+        counted
+            .and_then(|()| fields::check_frame(screen))
             .map_err(|problem| TraceError::Frame { path: path.to_owned(), problem })?;
+        let header = Header { screen, frames };
         let mut gathered = Vec::with_capacity(GATHER_BYTES + 128);
         match form {
-            Form::Csv => gathered.extend_from_slice(csv::header(info).as_bytes()),
-            Form::Binary => gathered.extend_from_slice(&binary::header(info)),
+            Form::Csv => gathered.extend_from_slice(csv::header(header).as_bytes()),
+            Form::Binary => gathered.extend_from_slice(&binary::header(header)),
         }
         Ok(TraceWriter {
             path: path.to_owned(),
             file: AtomicFile::create(path)?,
             form,
-            largest: fields::largest(info),
+            largest: fields::largest(screen),
+            header,
+            number: 0,
             count: 0,
             gathered,
             failed: None,
@@ -72,11 +85,37 @@ impl TraceWriter {
         Ok(())
     }
 
+    /// Ends the frame; what is written from now on is the next one.
+    ///
+    /// # Errors
+    /// The disk is full.
+    ///
+    /// # Panics
+    /// It is the last one.
+    pub fn next_frame(&mut self) -> Result<(), TraceError> {
+        self.number += 1;
+        assert!(self.number < self.header.frames, "the frame is not the last one");
+        match self.form {
+            Form::Csv => {
+                let line = csv::frame_line(self.number);
+                self.gathered.extend_from_slice(line.as_bytes());
+                self.gathered.push(b'\n');
+            }
+            Form::Binary => self.gathered.extend_from_slice(&binary::end(self.count)),
+        }
+        self.count = 0;
+        self.write_gathered()
+    }
+
     /// Completes the file and gives it its name.
     ///
     /// # Errors
     /// The disk is full, or the target cannot be replaced. Nothing is left behind then.
+    ///
+    /// # Panics
+    /// There are frames left to be written.
     pub fn finish(mut self) -> Result<(), TraceError> {
+        assert_eq!(self.number + 1, self.header.frames, "all frames are written");
         if self.form == Form::Binary {
             self.gathered.extend_from_slice(&binary::end(self.count));
         }

@@ -3,12 +3,10 @@
 use super::criteria::{Constraint, Objective};
 use super::reading::{File, Section, StudyError, expected};
 use super::space::{Axis, Values, axes};
-use crate::run::frames;
+use crate::sequence::{Opened, SequenceArgs, frames};
 use crate::{ViewArgs, instances, quoted, side};
 use pellucid_hw::architecture;
 use pellucid_machine::Architecture;
-use pellucid_testbench::scene::{CameraPath, Walk};
-use pellucid_testbench::source::Source;
 use std::str::FromStr;
 use toml::de::DeValue;
 
@@ -33,9 +31,7 @@ pub struct Scene {
     /// File and line.
     pub place: String,
     view: ViewArgs,
-    /// Frames in a row.
-    pub frames: u32,
-    path: Option<CameraPath>,
+    sequence: SequenceArgs,
 }
 
 /// Machines of one architecture.
@@ -144,38 +140,37 @@ impl Scene {
             opaque_first: section.parse("opaque_first", truth)?.unwrap_or(false),
             memory_limit: None,
         };
-        let frames = section.parse("frames", frames)?.unwrap_or(1);
-        let path = section.parse("path", parsed)?;
+        let sequence = SequenceArgs {
+            frames: section.parse("frames", frames)?,
+            path: section.parse("path", parsed)?,
+            vary: section.parse("vary", parsed)?,
+        };
         section.end()?;
         let Some(name) = name else {
             return Err(
                 file.wrong(&span, "a scene has a name or a file: `scene = \"glass\"`".into())
             );
         };
-        Ok(Scene { name, place: file.place(&span), view, frames, path })
+        Ok(Scene { name, place: file.place(&span), view, sequence })
     }
 
     /// Opens it.
     ///
     /// # Errors
     /// It is not there, or not one that can be played so.
-    pub fn open(&self) -> anyhow::Result<Source> {
-        let walk = self.path.map(|path| Walk { path, frames: self.frames });
-        let said = |problem: String| StudyError::Line { place: self.place.clone(), problem };
-        let source = self.view.open(&self.name, walk).map_err(|error| said(error.to_string()))?;
-        if self.frames > 1 && source.later(1)?.is_none() {
-            let problem = format!("`{}` is one frame alone: expected `frames = 1`", self.name);
-            return Err(said(problem).into());
-        }
-        Ok(source)
+    pub fn open(&self) -> anyhow::Result<Opened> {
+        let opened = self.sequence.open(&self.name, &self.view, false);
+        opened.map_err(|error| {
+            let problem = error.to_string();
+            StudyError::Line { place: self.place.clone(), problem }.into()
+        })
     }
 
     /// What `run` is told of it, as a shell takes it.
     pub fn arguments(&self) -> String {
         let mut words = vec![format!("--scene {}", quoted(&self.name))];
         words.extend(self.view.given());
-        words.extend((self.frames > 1).then(|| format!("--frames {}", self.frames)));
-        words.extend(self.path.map(|path| format!("--path {path}")));
+        words.extend(self.sequence.given());
         words.join(" ")
     }
 }

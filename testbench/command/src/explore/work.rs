@@ -4,6 +4,7 @@ use super::designs::Design;
 use super::points::{Key, Outcome, Points, Status, figures};
 use super::study::{Scene, Study};
 use crate::machine::{Choice, run_command};
+use crate::sequence::Opened;
 use indicatif::MultiProgress;
 use pellucid_machine::Model;
 use pellucid_machine::params::Value;
@@ -82,9 +83,10 @@ pub struct Work<'a> {
 
 impl Work<'_> {
     /// Nothing yet, on the scenes of a study.
-    pub fn new<'a>(study: &'a Study, points: &'a Points, sources: Vec<Source>) -> Work<'a> {
+    pub fn new<'a>(study: &'a Study, points: &'a Points, sources: Vec<Opened>) -> Work<'a> {
         let frames = study.scenes.iter().zip(sources);
-        let frames = frames.map(|(scene, source)| Cases::new(&scene.name, source, scene.frames));
+        let frames =
+            frames.map(|(scene, (source, frames))| Cases::new(&scene.name, source, frames));
         let frames = frames.collect();
         Work { study, points, tasks: vec![], frames, candidates: vec![], kept: 0, run: 0 }
     }

@@ -1,7 +1,7 @@
 //! What is played: frames of a scene on a screen.
 
 use crate::quoted;
-use pellucid_testbench::scene::{Camera, Options, Walk};
+use pellucid_testbench::scene::{Camera, Options, Sequence, Walk};
 use pellucid_testbench::source::Source;
 
 /// A frame, or a walk of several.
@@ -71,7 +71,8 @@ impl Frames {
         let (width, height) = self.screen;
         let Frames { instances, camera, walk, .. } = *self;
         let (width, height) = (Some(width), Some(height));
-        let options = Options { width, height, instances, camera, walk, ..Options::default() };
+        let sequence = walk.map(Sequence::Walk);
+        let options = Options { width, height, instances, camera, sequence, ..Options::default() };
         Ok(Source::open(&self.scene, &options)?)
     }
 }

@@ -55,7 +55,7 @@ fn a_mesh_is_told_part_by_part_and_nothing_is_written() {
     let expected = serde_json::json!({
         "scene": "two.obj",
         "frame": {
-            "width": 40, "height": 30, "fragments": fragments.len(), "transparent": transparent,
+            "width": 40, "height": 30, "frames": 1, "fragments": fragments.len(), "transparent": transparent,
         },
         "notes": [NOTE],
         "camera": "0.5,0.25,3:0.5,0.5,0:40",

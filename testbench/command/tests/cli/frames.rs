@@ -188,10 +188,116 @@ fn a_number_of_frames_and_what_can_have_it_are_checked() {
     exact(pellucid(folder.path(), &[&["trace", "--out", "t.csv"], &SMALL[..]].concat()));
     for scene in ["smoke", "paper-0", "t.csv"] {
         let message = format!(
-            "--frames 2: `{scene}` is one frame alone, expected a scene whose camera can go round it: `glass`, \
-             `teapot`, `plant` or a mesh"
+            "`{scene}` is one frame alone, 2 are asked for: expected a scene whose camera can go round it, `glass`, \
+             `teapot`, `plant` or a mesh, or vary `none`, which repeats the frame"
         );
         refused(folder.path(), &["run", "--frames", "2", "--scene", scene], &message);
     }
     assert_eq!(names(folder.path()), ["t.csv"]);
+}
+
+/// What is recorded plays as it did: images, and what was counted, of each frame and of all.
+#[test]
+fn a_recorded_sequence_plays_as_the_live_one() {
+    let folder = folder();
+    let run = |out: &str, args: &[&str]| {
+        exact(pellucid(
+            folder.path(),
+            &[&["run", "--no-wave", "--quiet", "--out", out], args].concat(),
+        ));
+        stats(&folder.path().join(out))
+    };
+    let image = |out: &str, k: u32| {
+        fs::read(folder.path().join(out).join(format!("image-00{k}.png"))).unwrap()
+    };
+    for sequence in [&["--vary", "aa"], &["--vary", "focus"], &["--path", "orbit"]] {
+        let sequence = [&SMALL[..], &["--frames", "3"], sequence].concat();
+        for trace in ["t.csv", "t.ptrace"] {
+            let out = ["trace", "--quiet", "--out", trace];
+            exact(pellucid(folder.path(), &[&out[..], &sequence].concat()));
+        }
+        for arch in ["tbuffer", "ppll"] {
+            let live = run("live", &[&["--arch", arch][..], &sequence].concat());
+            for trace in ["t.csv", "t.ptrace"] {
+                let played = run("played", &["--arch", arch, "--scene", trace]);
+                for group in ["frame", "cycles", "fragments", "accesses", "memories", "frames"] {
+                    assert_eq!(played[group], live[group], "{arch}, {trace}, {group}");
+                }
+                assert_eq!(played["frames"].as_array().unwrap().len(), 3);
+                assert!((0..3).all(|k| image("played", k) == image("live", k)), "{arch}, {trace}");
+            }
+            assert!(image("live", 0) != image("live", 1));
+        }
+    }
+    // From one form to the other and back, all frames.
+    for (from, to) in [("t.csv", "u.ptrace"), ("u.ptrace", "u.csv")] {
+        let output = exact(pellucid(folder.path(), &["trace", "--scene", from, "--out", to]));
+        assert!(stdout(&output).ends_with(&format!(" fragments of 3 frames in {to}\n")));
+    }
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("u.ptrace") == bytes("t.ptrace") && bytes("u.csv") == bytes("t.csv"));
+    // As many of them as are asked for, or the first one again.
+    run("two", &["--scene", "t.csv", "--frames", "2"]);
+    assert!((0..2).all(|k| image("two", k) == image("live", k)));
+    run("again", &["--scene", "t.csv", "--frames", "4", "--vary", "none"]);
+    assert!((0..4).all(|k| image("again", k) == image("live", 0)));
+    let output = exact(pellucid(folder.path(), &["run", "--check", "--scene", "t.csv"]));
+    assert!(stdout(&output).starts_with("t.csv: 3 frames of 40 x 30 pixels, "), "{output:?}");
+    refused(
+        folder.path(),
+        &["run", "--scene", "t.csv", "--frames", "4"],
+        "`t.csv` has 3 frames, 4 are asked for: expected 1 to 3, or vary `none`, which repeats the first",
+    );
+}
+
+/// Where a command takes one frame it says so.
+#[test]
+fn of_several_frames_the_first_is_taken_where_one_is_needed() {
+    let folder = folder();
+    let sequence = [&SMALL[..], &["--frames", "2", "--out", "t.csv"]].concat();
+    exact(pellucid(folder.path(), &[&["trace"], &sequence[..]].concat()));
+    let args = ["compare", "--quiet", "--machine", "tbuffer", "--scene", "t.csv"];
+    let output = pellucid(folder.path(), &args);
+    assert_eq!(stderr(&output), "note: t.csv: of its 2 frames the first is taken\n");
+    assert_eq!(output.status.code(), Some(0));
+}
+
+#[test]
+fn scenes_vary_in_the_ways_that_they_have() {
+    let folder = folder();
+    for scene in ["smoke", "panes"] {
+        let args = ["--scene", scene, "--frames", "2", "--no-wave"];
+        let vary = |way: &'static str| {
+            exact(run(folder.path(), &[&args[..], &["--vary", way, "--out", way]].concat()));
+            [0, 1].map(|k| {
+                fs::read(folder.path().join(way).join(format!("image-00{k}.png"))).unwrap()
+            })
+        };
+        let [first, second] = vary("none");
+        assert!(first == second, "{scene}");
+        let [first, second] = vary("aa");
+        assert!(first != second, "{scene}");
+    }
+    exact(pellucid(folder.path(), &[&["trace", "--out", "t.csv"], &SMALL[..]].concat()));
+    for (args, message) in [
+        (
+            ["--path", "orbit", "--vary", "aa"],
+            "path `orbit` and vary `aa` exclude each other: the camera goes a way, or one view is sampled anew",
+        ),
+        (
+            ["--scene", "t.csv", "--vary", "aa"],
+            "`t.csv` has nothing that `aa` varies: expected none",
+        ),
+        (
+            ["--scene", "smoke", "--vary", "light"],
+            "`smoke` has nothing that `light` varies: expected none, aa or focus",
+        ),
+        (
+            ["--scene", "glass", "--vary", "blur"],
+            "invalid value 'blur' for '--vary <WAY>': `blur` does not vary a scene: expected none, aa, focus, motion or \
+             light",
+        ),
+    ] {
+        refused(folder.path(), &[&["run", "--frames", "2"], &args[..]].concat(), message);
+    }
 }

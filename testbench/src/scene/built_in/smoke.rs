@@ -4,6 +4,7 @@ use crate::scene::Screen;
 use crate::scene::camera::Camera;
 use crate::scene::order::Order;
 use crate::scene::raster::{depth, packed};
+use crate::scene::vary::{Sample, aspect};
 use glam::{DVec3, Vec3, Vec4, vec3};
 use pellucid_machine::pixel::Fragment;
 use pellucid_sim::Label;
@@ -22,6 +23,7 @@ const SEED: u64 = 7;
 #[derive(Debug)]
 pub(in crate::scene) struct Smoke {
     discs: Vec<Disc>,
+    camera: Camera,
     info: Screen,
     order: Order,
 }
@@ -48,12 +50,21 @@ struct Particle {
 impl Smoke {
     /// The column as seen by the camera, or as a whole if `None`; the fragments of each disc come in this order.
     pub fn new(camera: Option<Camera>, info: Screen, order: Order) -> Smoke {
-        let particles = particles();
-        let points: Vec<Vec3> = particles.iter().map(|particle| particle.centre).collect();
         let camera =
             camera.unwrap_or_else(|| Camera::new(vec3(0.0, 1.6, 6.2), vec3(0.0, 1.75, 0.0), 40.0));
+        Smoke::seen(camera, info, order, &Sample::default())
+    }
+
+    /// The same where what varies is at `sample`.
+    pub fn sampled(&self, sample: &Sample) -> Smoke {
+        Smoke::seen(self.camera, self.info, self.order, sample)
+    }
+
+    fn seen(camera: Camera, info: Screen, order: Order, sample: &Sample) -> Smoke {
+        let particles = particles();
+        let points: Vec<Vec3> = particles.iter().map(|particle| particle.centre).collect();
         let (width, height) = (f64::from(info.width), f64::from(info.height));
-        let view = camera.view(&points, width / height);
+        let view = sample.seen(&camera, camera.view(&points, aspect(info)), info);
         let disc = |particle: &Particle| {
             let clip = view.clip * particle.centre.as_dvec3().extend(1.0);
             let ndc: DVec3 = clip.truncate() / clip.w;
@@ -65,7 +76,7 @@ impl Smoke {
                 colour: particle.colour,
             })
         };
-        Smoke { discs: particles.iter().filter_map(disc).collect(), info, order }
+        Smoke { discs: particles.iter().filter_map(disc).collect(), camera, info, order }
     }
 
     /// How many particles a play goes through.

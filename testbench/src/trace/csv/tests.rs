@@ -6,12 +6,14 @@ const FRAME: &str = "# pellucid-trace width=640 height=480 background=1,2,3";
 fn read(text: impl AsRef<[u8]>) -> Result<Vec<[u32; 7]>, String> {
     let mut fragments = Vec::new();
     let mut run = || -> Result<(), TraceError> {
-        let reader = Reader::new(Path::new("t.csv"), text.as_ref())?;
-        let background = reader.info().background;
-        assert_eq!(background, 0x010203);
-        reader.play(&mut |fragment| {
-            fragments.push(fields::values(fragment));
-            Ok::<_, TraceError>(())
+        let mut reader = Reader::new(Path::new("t.csv"), text.as_ref())?;
+        let Header { screen, frames } = reader.header();
+        assert_eq!(screen.background, 0x010203);
+        (0..frames).try_for_each(|number| {
+            reader.frame(number, &mut |fragment| {
+                fragments.push(fields::values(fragment));
+                Ok::<_, TraceError>(())
+            })
         })
     };
     let result = run();
@@ -92,7 +94,11 @@ fn header_messages() {
         ),
         (
             "# pellucid-trace depth=1",
-            "`t.csv`, line 1: key `depth` is unknown, expected width, height and background",
+            "`t.csv`, line 1: key `depth` is unknown, expected width, height, background and frames",
+        ),
+        (
+            "# pellucid-trace frames=0",
+            "`t.csv`, line 1: frames is `0`, expected an integer from 1 to 65535",
         ),
         (
             "# pellucid-trace width=1 width=2",
@@ -151,6 +157,36 @@ fn line_messages() {
         "`t.csv`, line 4: the line is empty, expected x,y,z,r,g,b,a or the end of the file"
     );
     assert_eq!(message(&"1".repeat(5000)), "`t.csv`, line 3: the line has more than 4096 bytes");
+}
+
+#[test]
+fn frames_are_parted_by_lines_with_their_numbers() {
+    let file = |lines: &str| read(format!("{FRAME} frames=3\n{COLUMNS}\n{lines}"));
+    let fragment = "1,2,3,4,5,6,7\n";
+    let whole = format!("{fragment}# frame 1\n \t# frame 2 \r\n{fragment}{fragment}\n");
+    assert_eq!(file(&whole).unwrap(), [[1, 2, 3, 4, 5, 6, 7]; 3]);
+    assert_eq!(read(format!("{FRAME} frames=1\n{COLUMNS}\n{fragment}")).unwrap().len(), 1);
+    let missing = |line, next| {
+        format!(
+            "`t.csv`, line {line}: found the end of the file, expected `# frame {next}`, as the first line says 3 frames"
+        )
+    };
+    let other = |line, found: &str| {
+        format!("`t.csv`, line {line}: `{found}` has 1 field, expected 7: x,y,z,r,g,b,a")
+    };
+    for (lines, message) in [
+        ("", missing(3, 1)),
+        ("# frame 1\n\n", missing(5, 2)),
+        ("# frame 1\n# frame 3\n", other(4, "# frame 3")),
+        ("# frame 1\n# frame 2\n# frame 3\n", other(5, "# frame 3")),
+        (
+            "\n# frame 1\n",
+            "`t.csv`, line 3: the line is empty, expected x,y,z,r,g,b,a or the end of the file"
+                .into(),
+        ),
+    ] {
+        assert_eq!(file(lines).unwrap_err(), message, "{lines:?}");
+    }
 }
 
 #[test]

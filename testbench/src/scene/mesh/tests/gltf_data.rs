@@ -1,6 +1,7 @@
 //! Where glTF keeps its vertices, and what moves them: accessors of every kind, instances, skins, morph targets, animations.
 
 use super::*;
+use crate::scene::{Options, Scene, Sequence, Varied, Vary};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::{Vec3, vec3};
@@ -386,4 +387,22 @@ fn the_first_animation_moves_nodes_and_morph_targets() {
         message("a.gltf", animated(&mut data, Some([moves, three]))),
         "a.gltf: animation 0, node 0: has 3 values of a curve, expected 2"
     );
+}
+
+/// It moves by 4 units a second, from 5 on: through the half of a 24th of a second, each frame in the middle of its part.
+#[test]
+fn while_the_shutter_is_open_an_animation_plays() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("a.gltf");
+    fs::write(&path, moving()).unwrap();
+    let varied = Varied { vary: Vary::Motion, frames: 3 };
+    let options = Options { sequence: Some(Sequence::Varied(varied)), ..Options::default() };
+    let first = Scene::open(path.to_str().unwrap(), &options).unwrap();
+    let later = (1..3).map(|k| first.later(k).unwrap().unwrap());
+    let lefts = [first.contents()].into_iter().chain(later.map(|scene| scene.contents()));
+    for (k, contents) in (0..).zip(lefts.collect::<Vec<_>>()) {
+        let [[left, ..], _] = contents.unwrap().bounds().unwrap();
+        let seconds = (k as f32 + 0.5) / 3.0 / 48.0;
+        assert!((left - (5.0 + 4.0 * seconds)).abs() < 1e-5, "{k}: {left}");
+    }
 }
