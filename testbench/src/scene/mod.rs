@@ -160,6 +160,10 @@ impl Scene {
                 info(built_in::BACKDROP),
                 options,
             ),
+            "cube" => {
+                let parts = built_in::cube::parts();
+                surface(name, parts, options.camera, info(built_in::BACKDROP), options)
+            }
             "smoke" => {
                 refuse_meshes(name, options)?;
                 let info = info(built_in::smoke::BACKGROUND);

@@ -207,7 +207,7 @@ fn bad_options_are_refused_with_a_sentence() {
             "glas",
             none.clone(),
             "unknown scene `glas` (did you mean `glass`?); known are glass, teapot, smoke, plant, panes, triangles, rainbow, \
-             sphere-12288, sphere-196608, quads-N-P, paper-0, paper-120, \
+             sphere-12288, sphere-196608, cube, quads-N-P, paper-0, paper-120, \
              paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, or a file: a mesh \
              (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)",
         ),

@@ -22,7 +22,7 @@ fn names_and_values_are_checked() {
         (
             &["--scene", "teapto"],
             "unknown scene `teapto` (did you mean `teapot`?); known are glass, teapot, smoke, plant, panes, triangles, rainbow, \
-             sphere-12288, sphere-196608, quads-N-P, \
+             sphere-12288, sphere-196608, cube, quads-N-P, \
              paper-0, paper-120, paper-180, paper-240, paper-300, paper-360, paper-420, paper-480, \
              or a file: a mesh (.obj, .ply, .ply.gz, .gltf or .glb) or a trace (.csv or .ptrace)"
                 .into(),

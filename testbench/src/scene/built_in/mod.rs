@@ -1,5 +1,6 @@
 //! The scenes that need no file, each made by a short procedure and the same on every run.
 
+pub(super) mod cube;
 mod field;
 pub(super) mod glass;
 pub(super) mod panes;
@@ -13,7 +14,7 @@ pub(super) mod sphere;
 pub(super) mod teapot;
 pub(super) mod triangles;
 
-/// Background of the teapot, of quads and of mesh files, `0xRRGGBB`.
+/// Background of the teapot, the cube, of quads and of mesh files, `0xRRGGBB`.
 pub(super) const BACKDROP: u32 = 0xf4f1ea;
 
 /// A built-in scene as a list shows it.
@@ -27,7 +28,7 @@ pub struct BuiltIn {
     pub about: &'static str,
 }
 
-const BUILT_IN: [BuiltIn; 18] = [
+const BUILT_IN: [BuiltIn; 19] = [
     one(
         "glass",
         "tinted panes and spheres that intersect, among opaque things on a checkered floor",
@@ -52,6 +53,10 @@ const BUILT_IN: [BuiltIn; 18] = [
         "a half transparent sphere of 4096 triangles, 12 288 vertices, its back first",
     ),
     one("sphere-196608", "the same sphere of 65 536 triangles, 196 608 vertices"),
+    one(
+        "cube",
+        "Figure 3 of the accumulation paper: the RGB colour cube, opaque and without light",
+    ),
     BuiltIn {
         example: "quads-5-50",
         ..one(
