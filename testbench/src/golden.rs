@@ -137,8 +137,8 @@ pub struct Accumulated {
 pub struct Reference {
     /// The image by the exact blend.
     pub image: Image,
-    /// The images by other arithmetics that the golden model was made [`Golden::with`].
-    pub further: Vec<(Arithmetic, Image)>,
+    /// What comes of it by other arithmetics that the golden model was made [`Golden::with`].
+    pub further: Vec<By>,
     /// What a machine must give that makes one image of several frames: then `image` has their exact means.
     pub accumulated: Option<Accumulated>,
     /// Fragments that arrived.
@@ -168,14 +168,27 @@ pub struct Reference {
     pub stored_histogram: Vec<u64>,
 }
 
+/// What comes of a frame by another arithmetic than the exact blend.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct By {
+    /// The arithmetic.
+    pub arithmetic: Arithmetic,
+    /// The image.
+    pub image: Image,
+    /// Transparent fragments in front of the final opaque depth that its program kills.
+    pub killed: u64,
+}
+
 impl Reference {
     /// Several frames of one size as if they were one, each below the one before.
     pub fn stacked<'a>(frames: impl IntoIterator<Item = &'a Reference> + Clone) -> Reference {
         let images = frames.clone().into_iter().map(|frame| &frame.image);
         let first = frames.clone().into_iter().next();
-        let further = first.into_iter().flat_map(|frame| &frame.further).map(|(arithmetic, _)| {
-            let images = frames.clone().into_iter().map(|frame| frame.image_by(*arithmetic));
-            (*arithmetic, Image::stacked(images))
+        let further = first.into_iter().flat_map(|frame| &frame.further).map(|by| {
+            let arithmetic = by.arithmetic;
+            let images = frames.clone().into_iter().map(|frame| frame.image_by(arithmetic));
+            let killed = frames.clone().into_iter().map(|frame| frame.killed_by(arithmetic));
+            By { arithmetic, image: Image::stacked(images), killed: killed.sum() }
         });
         let mut all = Reference {
             image: Image::stacked(images),
@@ -247,11 +260,20 @@ impl Reference {
     /// # Panics
     /// The golden model was made without that arithmetic.
     pub fn image_by(&self, arithmetic: Arithmetic) -> &Image {
-        if arithmetic == Arithmetic::BLEND {
-            return &self.image;
-        }
-        let image = self.further.iter().find(|(known, _)| *known == arithmetic);
-        &image.unwrap_or_else(|| panic!("the golden model was made without {arithmetic:?}")).1
+        if arithmetic == Arithmetic::BLEND { &self.image } else { &self.by(arithmetic).image }
+    }
+
+    /// How many of the `blended` a machine of that arithmetic does not blend, since its program kills them.
+    ///
+    /// # Panics
+    /// The golden model was made without that arithmetic.
+    pub fn killed_by(&self, arithmetic: Arithmetic) -> u64 {
+        if arithmetic == Arithmetic::BLEND { 0 } else { self.by(arithmetic).killed }
+    }
+
+    fn by(&self, arithmetic: Arithmetic) -> &By {
+        let by = self.further.iter().find(|by| by.arithmetic == arithmetic);
+        by.unwrap_or_else(|| panic!("the golden model was made without {arithmetic:?}"))
     }
 }
 
@@ -282,9 +304,10 @@ impl Golden {
     #[must_use]
     pub fn with(mut self, arithmetic: Arithmetic) -> Golden {
         if arithmetic != Arithmetic::BLEND
-            && !self.known.further.iter().any(|(known, _)| *known == arithmetic)
+            && !self.known.further.iter().any(|by| by.arithmetic == arithmetic)
         {
-            self.known.further.push((arithmetic, self.known.image.clone()));
+            let image = self.known.image.clone();
+            self.known.further.push(By { arithmetic, image, killed: 0 });
         }
         self
     }
@@ -420,10 +443,12 @@ impl Golden {
                 rest = others;
                 own.clear();
                 own.extend(of_pixel.iter().map(|(_, layer)| *layer));
-                for (by, image) in &mut known.further {
+                for By { arithmetic, image, killed } in &mut known.further {
                     let place = (first as u32) + number;
-                    let shaded = shaded(by, &own, place % width, place / width);
-                    image.pixels.extend(by.colour.map(|colour| colour(&shaded, pixel.colour)));
+                    let shaded = shaded(arithmetic, &own, place % width, place / width);
+                    *killed += (own.len() - shaded.len()) as u64;
+                    let colour = arithmetic.colour.map(|colour| colour(&shaded, pixel.colour));
+                    image.pixels.extend(colour);
                 }
                 // The sort is stable, so equal depths keep arrival order.
                 own.sort_by_key(|layer| Z_FAR - layer.z);
@@ -466,13 +491,16 @@ impl Golden {
     }
 }
 
-/// The layers of the pixel in column `x` and row `y`, as `by` shades them.
+/// The layers of the pixel in column `x` and row `y`, as `by` shades them; those that it kills are not among them.
 fn shaded<'a>(by: &Arithmetic, layers: &'a [Layer], x: u32, y: u32) -> Cow<'a, [Layer]> {
     let Some(Shading { program, colour }) = by.shading else { return Cow::Borrowed(layers) };
     let unshaded = |&Layer { z, rgba }: &Layer| Unshaded { x, y, z, rgba };
     let Some(last) = layers.last().map(unshaded) else { return Cow::Borrowed(layers) };
-    let shade = |layer: &Layer| Layer { rgba: colour(program, unshaded(layer), last), ..*layer };
-    layers.iter().map(shade).collect()
+    let shade = |layer: &Layer| {
+        let rgba = colour(program, unshaded(layer), last)?;
+        Some(Layer { rgba, ..*layer })
+    };
+    layers.iter().filter_map(shade).collect()
 }
 
 /// Counts one pixel with `fragments` fragments.

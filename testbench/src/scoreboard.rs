@@ -58,15 +58,18 @@ impl Verdict {
             check("fragments that came in", reference.fragments, f.arrived),
             check("opaque fragments, drawn or hidden", reference.opaque, f.drawn + f.hidden),
             check(
-                "transparent fragments, blended, culled or dropped",
+                "transparent fragments, blended, culled, killed or dropped",
                 reference.transparent,
-                f.blended + f.culled + f.dropped,
+                f.blended + f.culled + f.killed + f.dropped,
             ),
         ];
         if f.dropped == 0 {
-            checks.push(check("fragments stored", reference.stored, f.stored));
-            checks.push(check("fragments blended", reference.blended, f.blended));
-            checks.push(check("fragments culled", reference.culled, f.culled));
+            // Of those that are killed a machine need not know whether they are hidden.
+            let killed = reference.killed_by(arithmetic);
+            checks.push(check("fragments stored", reference.stored - killed, f.stored));
+            checks.push(check("fragments blended", reference.blended - killed, f.blended));
+            let lost = reference.culled + killed;
+            checks.push(check("fragments culled or killed", lost, f.culled + f.killed));
             checks.extend(closed_forms);
         }
         let (golden, name, exact) = match &reference.accumulated {

@@ -10,7 +10,7 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 38] = [
+pub const EVENTS: [&str; 39] = [
     "counted",
     "stored",
     "spilled",
@@ -41,6 +41,7 @@ pub const EVENTS: [&str; 38] = [
     "shaded",
     "discarded",
     "culled",
+    "killed",
     "play_done",
     "wasted",
     "sort_pass",

@@ -25,6 +25,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("program", "glass"), ("early_depth", "before_window"), ("component_bits", "8")],
         &[("program", "glass"), ("store", "framebuffer"), ("component_bits", "16")],
         &[("program", "tint"), ("mode", "sort")],
+        &[("program", "sieve"), ("component_bits", "8")],
+        &[("program", "sieve"), ("kill", "compact"), ("component_bits", "16")],
     ],
     tight: &[("size", "32"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
 };
@@ -40,14 +42,19 @@ fn small(draw: &mut Draw, _: Needs) -> Parameterised {
     let sorts = draw(0..=3) == 0;
     let store =
         if sorts { "fbuffer" } else { one_of(draw, &["fbuffer", "fbuffer", "framebuffer"]) };
+    let kill = if store == "fbuffer" { one_of(draw, &["keep", "compact"]) } else { "keep" };
     let overflow = if sorts { "window" } else { one_of(draw, &["window", "batch"]) };
     vec![
         ("size", (1 << draw(if sorts { 4..=5 } else { 2..=5 })).to_string()),
         ("targets", draw(1..=4).to_string()),
         ("component_bits", one_of(draw, &["8", "16", "32"]).to_string()),
-        ("program", one_of(draw, &["tint", "restore", "glass", "random", "random"]).to_string()),
+        (
+            "program",
+            one_of(draw, &["tint", "restore", "glass", "sieve", "random", "random"]).to_string(),
+        ),
         ("seed", draw(0..=1000).to_string()),
         ("store", store.to_string()),
+        ("kill", kill.to_string()),
         ("early_depth", one_of(draw, &["off", "before_window"]).to_string()),
         ("overflow", overflow.to_string()),
         ("mode", if sorts { "sort" } else { "shade" }.to_string()),

@@ -45,6 +45,16 @@ choice! {
 }
 
 choice! {
+    /// What becomes of a fragment that its program kills.
+    pub enum Kill {
+        /// It keeps its place, and is not blended.
+        Keep = "keep",
+        /// It is dropped from the F-buffer.
+        Compact = "compact",
+    }
+}
+
+choice! {
     /// Whether hidden fragments are dropped before they are shaded.
     pub enum EarlyDepth {
         /// They are not.
@@ -94,6 +104,8 @@ parameters! {
         overflow: Overflow = Overflow::Window, "", ();
         /// Where a pass leaves what it knows: in a place of each fragment's own, or the traditional way in one place for each pixel.
         store: Store = Store::FBuffer, "", ();
+        /// What becomes of fragments that the program kills: they keep their place to the last pass, or are dropped from the F-buffer.
+        kill: Kill = Kill::Keep, "", ();
         /// Whether hidden fragments are dropped before they are counted, once all that is opaque is drawn.
         early_depth: EarlyDepth = EarlyDepth::Off, "", ();
         /// What is done with shaded fragments: they are blended in the order in which they arrive, or sorted first.
@@ -121,13 +133,16 @@ pub const PRESETS: &[Preset<Params>] = &[
     },
 ];
 
-/// Holds parameters to what a sort can do.
-fn sortable(params: &Params) -> Result<(), ParamError> {
-    let value = |name: &str, found: &str, expected: &str| ParamError::Value {
+fn value(name: &str, found: &str, expected: &str) -> ParamError {
+    ParamError::Value {
         name: name.to_string(),
         found: found.to_string(),
         expected: expected.to_string(),
-    };
+    }
+}
+
+/// Holds parameters to what a sort can do.
+fn sortable(params: &Params) -> Result<(), ParamError> {
     if params.store == Store::FrameBuffer {
         return Err(value("store", "framebuffer", "fbuffer, with `mode=sort`"));
     }
@@ -167,13 +182,16 @@ impl Config {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// `size` is no power of two.
+    /// `size` or `sorter_lanes` is no power of two, or parameters do not go together.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         power_of_two("size", params.size)?;
         power_of_two("sorter_lanes", params.sorter_lanes)?;
         let sorts = params.mode == Mode::Sort;
         if sorts {
             sortable(&params)?;
+        }
+        if params.kill == Kill::Compact && params.store == Store::FrameBuffer {
+            return Err(value("kill", "compact", "keep, with `store=framebuffer`"));
         }
         let program = Program::new(params.program, params.seed, params.targets);
         let places = match params.store {
@@ -186,6 +204,7 @@ impl Config {
             places,
             fragment_cycles: params.fragment_cycles,
             windows: matches!(places, Places::Counted(_)) && params.overflow == Overflow::Window,
+            compacts: params.kill == Kill::Compact && program.kills && program.count > 1,
         };
         let early = params.early_depth == EarlyDepth::BeforeWindow
             || params.store == Store::FrameBuffer
@@ -309,6 +328,20 @@ mod tests {
         assert_eq!(
             refused(&[("sorter_lanes", "3")]),
             "parameter `sorter_lanes` is 3: expected a power of two"
+        );
+    }
+
+    #[test]
+    fn what_is_dropped_has_a_place_of_its_own() {
+        let compact = |settings: &[(&str, &str)]| {
+            config(&[&[("kill", "compact")], settings].concat()).map(|cfg| cfg.window().compacts)
+        };
+        assert_eq!(compact(&[("program", "sieve")]), Ok(true));
+        // Nothing is ever dropped.
+        assert_eq!(compact(&[("program", "glass")]), Ok(false));
+        assert_eq!(
+            compact(&[("program", "sieve"), ("store", "framebuffer")]).unwrap_err(),
+            "parameter `kill` is compact: expected keep, with `store=framebuffer`"
         );
     }
 

@@ -10,16 +10,23 @@ struct Frame {
     fragments: u64,
     windows: u64,
     rounds: u64,
+    /// Those that are sorted.
+    sorted: u64,
 }
 
 impl Frame {
-    fn new(cfg: &Config, frame: &Census) -> Frame {
+    /// A frame of whose fragments the program kills so many.
+    fn new(cfg: &Config, frame: &Census, killed: u64) -> Frame {
         let visible = (0..).zip(&frame.visible).map(|(layers, pixels)| layers * pixels).sum();
         let fragments = if cfg.early { visible } else { frame.transparent };
+        let sorted = fragments.saturating_sub(killed);
         let places = u64::from(cfg.window().places());
-        let windows = if cfg.window().counts() { fragments.div_ceil(places).max(1) } else { 1 };
+        let windows = |fragments: u64| {
+            if cfg.window().counts() { fragments.div_ceil(places).max(1) } else { 1 }
+        };
         // Each round of a sort blends as many as a window has places.
-        Frame { fragments, windows, rounds: if cfg.plays.sorts { windows } else { 1 } }
+        let rounds = if cfg.plays.sorts { windows(sorted) } else { 1 };
+        Frame { fragments, windows: windows(fragments), rounds, sorted }
     }
 }
 
@@ -27,12 +34,14 @@ impl Frame {
 pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
     let figure = |name| tally.figure(name);
     let check = |what, expected, found| Check { what, expected, found };
-    let frames: Vec<Frame> = frames.iter().map(|frame| Frame::new(cfg, frame)).collect();
+    let killed = tally.fragments.killed;
+    let compacts = cfg.window().compacts;
+    let single = frames.len() == 1;
+    let frames: Vec<Frame> = frames.iter().map(|frame| Frame::new(cfg, frame, killed)).collect();
     let sum = |of: fn(&Frame) -> u64| frames.iter().map(of).sum::<u64>();
     let passes = u64::from(cfg.plays.passes);
     let background = if cfg.plays.background { frames.len() as u64 } else { 0 };
     let wasted = figure("wasted_passes");
-    let shaded = sum(|frame| frame.fragments * frame.rounds);
     let mut checks = vec![
         check("fragments that get a place, N", sum(|frame| frame.fragments), figure("fragments")),
         check(
@@ -40,27 +49,10 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
             figure("windows") * passes + wasted + background,
             figure("submissions"),
         ),
-        check(
-            "fragments shaded, N * passes in each round, and those of wasted passes",
-            shaded * passes + figure("wasted_fragments"),
-            figure("shaded"),
-        ),
     ];
     if !cfg.plays.batches() {
-        checks.extend([
-            check(
-                "windows, ceil(N / S) of each frame in each round",
-                sum(|frame| frame.windows * frame.rounds),
-                figure("windows"),
-            ),
-            check(
-                "fragments discarded, N * (ceil(N / S) - 1) * passes of each frame in each round",
-                passes * sum(|frame| frame.fragments * (frame.windows - 1) * frame.rounds),
-                figure("discarded"),
-            ),
-            check("wasted passes", 0, wasted),
-        ]);
-        if let [_] = frames[..] {
+        checks.push(check("wasted passes", 0, wasted));
+        if single {
             checks.push(check(
                 "vertices, three for each primitive of each submission",
                 u64::from(VERTICES) * figure("primitives") * figure("submissions"),
@@ -68,23 +60,16 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
             ));
         }
     }
-    if let Some(buffer) = tally.memory("buffer.words") {
-        let stored = shaded * (passes - 1);
-        checks.extend([
-            check(
-                "words written, N * (passes - 1) in each round, and those of wasted passes",
-                stored + figure("wasted_fragments"),
-                buffer.info.writes,
-            ),
-            check("words read, N * (passes - 1) in each round", stored, buffer.info.reads),
-        ]);
+    // How many of each frame were killed is not known, and so neither how many rounds it took.
+    if single || !cfg.shader.program.kills || !(cfg.plays.sorts || compacts) {
+        checks.extend(of_windows(cfg, tally, &frames));
     }
     if !cfg.plays.sorts {
         checks.push(check("passes of a sort", 0, figure("sort_passes")));
-    } else if frames.iter().all(|frame| frame.windows == 1) {
+    } else if frames.iter().all(|frame| frame.windows == 1) && (single || killed == 0) {
         checks.push(check(
-            "passes of the sort, k (k + 1) / 2 for N fragments padded to 2^k",
-            sum(|frame| bitonic::passes(frame.fragments)),
+            "passes of the sort, k (k + 1) / 2 for N fragments that are not killed, padded to 2^k",
+            sum(|frame| bitonic::passes(frame.sorted)),
             figure("sort_passes"),
         ));
     }
@@ -95,6 +80,56 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
     let fragments = u64::from(cfg.params.fragment_cycles) * apart + figure("discarded");
     for least in [vertices, fragments] {
         checks.push(check("cycles, at least the larger term", least, least.min(cycles)));
+    }
+    checks
+}
+
+/// What follows from windows and rounds.
+fn of_windows(cfg: &Config, tally: &Tally, frames: &[Frame]) -> Vec<Check> {
+    let figure = |name| tally.figure(name);
+    let check = |what, expected, found| Check { what, expected, found };
+    let sum = |of: fn(&Frame) -> u64| frames.iter().map(of).sum::<u64>();
+    let passes = u64::from(cfg.plays.passes);
+    let wasted_fragments = figure("wasted_fragments");
+    let entered = sum(|frame| frame.fragments * frame.rounds);
+    let mut checks = vec![check(
+        "fragments shaded or spared, N * passes in each round, and those of wasted passes",
+        entered * passes + wasted_fragments,
+        figure("shaded") + figure("spared"),
+    )];
+    if !cfg.plays.batches() {
+        let most = sum(|frame| frame.windows * frame.rounds);
+        let windows = figure("windows");
+        checks.push(match cfg.window().compacts {
+            false => check("windows, ceil(N / S) of each frame in each round", most, windows),
+            true => check("windows, at most ceil(N / S) in each round", windows.min(most), windows),
+        });
+        // All fragments of a frame come in each pass of each of its windows.
+        let come = match frames {
+            [frame] => frame.fragments * windows,
+            _ => sum(|frame| frame.fragments * frame.windows * frame.rounds),
+        };
+        checks.push(check(
+            "fragments shaded or discarded, N * windows * passes of each frame",
+            come * passes,
+            figure("shaded") + figure("discarded"),
+        ));
+    }
+    if let Some(buffer) = tally.memory("buffer.words") {
+        let read = figure("shaded").saturating_sub(entered + wasted_fragments);
+        checks.push(check(
+            "words read, one for each fragment in each pass but the first",
+            read,
+            buffer.info.reads,
+        ));
+        // Of those that a wasted pass kills none is written.
+        if !cfg.window().compacts || wasted_fragments == 0 {
+            checks.push(check(
+                "words written, as many as are read, and those of wasted passes",
+                read + wasted_fragments,
+                buffer.info.writes,
+            ));
+        }
     }
     checks
 }

@@ -21,10 +21,12 @@ pub fn arithmetic(
     let name = match kind {
         Kind::Tint | Kind::Restore if sorts => return Arithmetic::BLEND,
         Kind::Glass if sorts => "exact blend of what `glass` shades",
+        Kind::Sieve if sorts => "exact blend of what `sieve` leaves",
         Kind::Random if sorts => "exact blend of what a random program shades",
         _ if shares => "blend in arrival order, with one place for each pixel between passes",
         Kind::Tint | Kind::Restore => "blend in arrival order",
         Kind::Glass => "blend in arrival order of what `glass` shades",
+        Kind::Sieve => "blend in arrival order of what `sieve` leaves",
         Kind::Random => "blend in arrival order of what a random program shades",
     };
     let of_kind = Kind::ALL.iter().position(|known| *known == kind).unwrap_or_default();
@@ -56,8 +58,9 @@ fn in_order(layers: &[Layer], below: u32) -> u32 {
     })
 }
 
-/// The colour `0xRRGGBBAA` that the program numbered `number` gives a fragment, and the last one of its pixel.
-fn shaded(number: u64, own: Unshaded, last: Unshaded) -> u32 {
+/// The colour `0xRRGGBBAA` that the program numbered `number` gives a fragment, and the last one of its pixel; nothing if it
+/// kills it.
+fn shaded(number: u64, own: Unshaded, last: Unshaded) -> Option<u32> {
     let byte = |shift: u32| (number >> shift & 0xff) as u32;
     let kind = Kind::ALL[byte(16) as usize];
     let program = Program::new(kind, (number >> 32) as u32, byte(8));
@@ -68,13 +71,13 @@ fn shaded(number: u64, own: Unshaded, last: Unshaded) -> u32 {
     }
 }
 
-/// The colour `0xRRGGBBAA` that a program gives a fragment, with components of so many bits.
-pub fn run(program: &Program, bits: u32, of: Unshaded) -> u32 {
+/// The colour `0xRRGGBBAA` that a program gives a fragment, with components of so many bits; nothing if it kills it.
+pub fn run(program: &Program, bits: u32, of: Unshaded) -> Option<u32> {
     run_shared(program, bits, of, of)
 }
 
 /// The same, where all passes before the last one are those of the pixel's last fragment.
-fn run_shared(program: &Program, bits: u32, own: Unshaded, last: Unshaded) -> u32 {
+fn run_shared(program: &Program, bits: u32, own: Unshaded, last: Unshaded) -> Option<u32> {
     let one = 1i128 << bits;
     // A number of `own` bits as a fraction of `one`, rounded down.
     let fraction = |number: u32, own: u32| i128::from(number) * one / (1i128 << own);
@@ -105,11 +108,13 @@ fn run_shared(program: &Program, bits: u32, own: Unshaded, last: Unshaded) -> u3
             Op::Max => std::cmp::max(a, b),
             Op::Select if a < b => c,
             Op::Select => registers[instruction.to as usize],
+            Op::Kill if a < b => return None,
+            Op::Kill => continue,
         };
         registers[instruction.to as usize] = result.clamp(0, one - 1);
     }
     let level = |k: u32| (registers[(TEMPORARIES + k) as usize] * 256 / one) as u32;
-    level(0) << 24 | level(1) << 16 | level(2) << 8 | level(3).min(254)
+    Some(level(0) << 24 | level(1) << 16 | level(2) << 8 | level(3).min(254))
 }
 
 #[cfg(test)]
@@ -121,7 +126,7 @@ mod tests {
     fn a_tinted_fragment_keeps_its_colour() {
         for bits in [8, 16, 32] {
             let of = Unshaded { x: 3, y: 8, z: 99, rgba: rgba(0, 17, 255, 254) };
-            assert_eq!(run(&Program::new(Kind::Tint, 0, 1), bits, of), of.rgba);
+            assert_eq!(run(&Program::new(Kind::Tint, 0, 1), bits, of), Some(of.rgba));
         }
     }
 
@@ -132,10 +137,29 @@ mod tests {
         // With 8 bits: 128 * 160 / 256 = 80; 255 - 80 = 175. Red and green 255 * 175 / 256 = 174.3; 175 * 175 / 256 = 119.6 and blue
         // 255 * 119 / 256 = 118.5. The pit's middle is half as bright: 87, 87, 59. Reflected: 255 - 128 = 127, 127 * 127 / 256 = 63.0,
         // 63 * 96 / 256 = 23.6.
-        assert_eq!(run(&Program::new(Kind::Glass, 0, 1), 8, of), rgba(110, 110, 82, 151));
+        let glass = |of| run(&Program::new(Kind::Glass, 0, 1), 8, of);
+        assert_eq!(glass(of), Some(rgba(110, 110, 82, 151)));
         // At a pit's rim, at the near plane, opaque but for a 255th: as bright as it was.
         let of = Unshaded { x: 0, y: 0, z: 0, rgba: rgba(200, 100, 50, 254) };
         // 200 * 255 / 256 = 199, 99 and 49 * 254 / 255; twice 64 and 128 are 256, which is 255 at most.
-        assert_eq!(run(&Program::new(Kind::Glass, 0, 1), 8, of), rgba(198, 98, 48, 254));
+        assert_eq!(glass(of), Some(rgba(198, 98, 48, 254)));
+    }
+
+    #[test]
+    fn sieve_by_hand() {
+        let sieve = |x, y, z, alpha| {
+            let of = Unshaded { x, y, z, rgba: rgba(200, 100, 50, alpha) };
+            run(&Program::new(Kind::Sieve, 0, 1), 8, of)
+        };
+        // Columns and rows from 3 to 13 of a tile are its hole.
+        for (at, hole) in [(2, false), (3, true), (8, true), (13, true), (14, false), (18, false)] {
+            assert_eq!(sieve(at, 8, 0, 254).is_none(), hole, "column {at}");
+            assert_eq!(sieve(8, at, 0, 254).is_none(), hole, "row {at}");
+        }
+        // At half of the depth 255 - 64 = 191: 200 * 191 / 256 = 149.2, 74.6, 37.3; alpha 254 * 191 / 256 = 189.5.
+        assert_eq!(sieve(0, 0, 1 << 23, 254), Some(rgba(149, 74, 37, 189)));
+        // 42 * 191 / 256 = 31.3, and 43 * 191 / 256 = 32.1.
+        assert_eq!(sieve(0, 0, 1 << 23, 42), None);
+        assert_eq!(sieve(0, 0, 1 << 23, 43), Some(rgba(149, 74, 37, 32)));
     }
 }

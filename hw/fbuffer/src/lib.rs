@@ -27,6 +27,7 @@ pub mod plays;
 pub mod program;
 pub mod shader;
 pub mod sort;
+pub mod survivors;
 pub mod window;
 
 #[cfg(test)]
@@ -45,6 +46,7 @@ use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, WritePort, rtl};
 use plays::{Play, Plays};
 use shader::Shader;
 use sort::Sort;
+use survivors::Survivors;
 use window::Window;
 
 /// The machine.
@@ -122,6 +124,11 @@ pub struct State {
     #[with(cfg.plays.window)]
     #[block(Window)]
     pub window: window::State,
+    /// See [`survivors`].
+    #[with(cfg.plays.window)]
+    #[block(Survivors)]
+    #[exists(cfg.plays.window.compacts)]
+    pub survivors: survivors::State,
     /// See [`shader`].
     #[with(cfg.shader)]
     #[block(Shader)]
@@ -149,6 +156,10 @@ pub struct State {
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
+    /// See [`survivors`].
+    #[block(Survivors, cfg.plays.window)]
+    #[exists(cfg.plays.window.compacts)]
+    pub survivors: survivors::Mem,
     /// See [`buffer`].
     #[block(Buffer, cfg.shader)]
     #[exists(cfg.stores())]
@@ -210,6 +221,8 @@ pub struct Events {
     pub hidden: bool,
     /// A transparent fragment was hidden.
     pub culled: bool,
+    /// A fragment goes no further since it was killed.
+    pub killed: bool,
     /// A shaded fragment was blended.
     pub blended: bool,
     /// A play is over.
@@ -255,7 +268,9 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool)
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "tint")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("store", "framebuffer")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("early_depth", "before_window")])),
-    check(FBuffer, crate::test_util::small_fbuffer(&[("mode", "sort"), ("program", "tint"), ("sorter_lanes", "2")]))
+    check(FBuffer, crate::test_util::small_fbuffer(&[("mode", "sort"), ("program", "tint"), ("sorter_lanes", "2")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact")]))
 )]
 impl Block for FBuffer {
     type Config = Config;
@@ -275,6 +290,10 @@ impl Block for FBuffer {
         let plays = Plays::moore(&cfg.plays, &q.plays, &());
         let walked = Walker::moore(&cfg.walker, &q.walker, &()).fragment;
         let window = Window::moore(&cfg.plays.window, &q.window, &());
+        let mut survivors = survivors::Moore::default();
+        if cfg.plays.window.compacts {
+            survivors = Survivors::moore(&cfg.plays.window, &q.survivors, &m.survivors);
+        }
         let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
         let front = Front::moore(screen, &q.front, &m.front);
         let compositor = Compositor::moore(screen, &q.compositor, &());
@@ -283,16 +302,26 @@ impl Block for FBuffer {
             sort = Sort::moore(&cfg.sort, &q.sort, &m.sort);
         }
 
-        // What a pass gives: to the depth test; or at once to be blended, if it was tested before; or to the F-buffer.
+        // What a pass gives: to the depth test; or at once to be blended, if it was tested before; or to the F-buffer. One that was killed
+        // goes no further once there is no place to keep for it.
         let Marked { end, item } = running.payload;
         let coloured = shader::coloured(&cfg.shader, item);
-        let tests = end || is_opaque(coloured.rgba) || (plays.last && !cfg.early);
+        let shades = running.valid && !end && !is_opaque(coloured.rgba);
+        let gone = shades && item.killed && (plays.last || cfg.plays.window.compacts);
+        let left = shades && !gone;
+        let tests = end || is_opaque(coloured.rgba) || (left && plays.last && !cfg.early);
         let shaded =
             Stream { valid: running.valid && tests, payload: Marked { end, item: coloured } };
-        let direct = cfg.early && running.valid && !tests && plays.last;
+        let direct = cfg.early && left && plays.last;
         let advance = (!shaded.valid || front.status.ready) && (!direct || sort.ready);
-        let write =
-            Stream { valid: running.valid && !tests && !plays.last, payload: item.placed.place };
+        let stored = left && !plays.last;
+        let mut write = Stream { valid: stored, payload: item.placed.place };
+        let beyond = window::beyond(&cfg.plays.window, plays.play.window, window);
+        let mut number = plays.play.window << cfg.plays.window.place_bits() | item.placed.place;
+        if cfg.plays.window.compacts {
+            write.payload = survivors.free;
+            number = item.placed.number;
+        }
         let mut to_blend = front.passed;
         if direct {
             let Fragment { x, y, z, rgba, label } = coloured;
@@ -310,8 +339,8 @@ impl Block for FBuffer {
         if cfg.plays.sorts {
             let to_sort = sort::In {
                 fragment: Stream { valid: sorting && to_blend.valid, payload: to_blend.payload },
-                number: plays.play.window << cfg.plays.window.place_bits() | item.placed.place,
-                last: !plays::more(&cfg.plays.window, plays.play.window, window.counted),
+                number,
+                last: !beyond,
                 over: sorting && compositor.ended,
             };
             let sorted = Sort::next(&cfg.sort, &q.sort, &mut d.sort, &mut m.sort, to_sort);
@@ -339,9 +368,25 @@ impl Block for FBuffer {
                 plays.play.shades,
             );
         }
-        let to_window = window::In { fragment, play: plays.play, advance, over: compositor.ended };
+        let over = compositor.ended;
+        let to_window = window::In { fragment, play: plays.play, survivors, advance, over };
         let windowed =
             Window::next(&cfg.plays.window, &q.window, &mut d.window, &mut (), to_window);
+        if cfg.plays.window.compacts {
+            let of_survivors = survivors::In {
+                enters: windowed.shaded,
+                leaves: shades && advance,
+                survives: Stream { valid: stored, payload: number },
+                over,
+            };
+            Survivors::next(
+                &cfg.plays.window,
+                &q.survivors,
+                &mut d.survivors,
+                &mut m.survivors,
+                of_survivors,
+            );
+        }
         let values = Buffer::moore(&cfg.shader, &q.buffer, &m.buffer).values;
         if cfg.stores() {
             let to_buffer = buffer::In {
@@ -379,8 +424,9 @@ impl Block for FBuffer {
         let to_plays = plays::In {
             comes: i.primitive.valid && ready,
             end: ends,
-            over: compositor.ended,
-            counted: window.counted,
+            over,
+            beyond,
+            next_window: window.end,
             left: sort.left,
             done: plays.finished && !front.status.shows,
         };
@@ -419,6 +465,7 @@ impl Block for FBuffer {
                 drawn: done.drawn,
                 hidden: done.hidden,
                 culled: done.culled || tested.culled,
+                killed: gone && advance,
                 blended: composed.blended,
                 play_done: compositor.ended,
                 wasted: played.wasted,

@@ -27,6 +27,8 @@ pellucid_sim::counters! {
         vertices: "vertices",
         /// Fragments that went through a pass.
         shaded: "fragments",
+        /// Fragments that did not go through a pass since one before had killed them (kill=compact).
+        spared: "fragments",
         /// Fragments that were discarded before a pass, outside of its window.
         discarded: "fragments",
         /// First passes of batches that did not fit.
@@ -46,6 +48,12 @@ pub struct FBufferMonitor {
     frames: u64,
     /// Fragments that this play has shaded.
     of_play: u64,
+    /// Of these, those that it has killed.
+    killed: u64,
+    /// Of these, those of the first round.
+    killed_at_first: u64,
+    /// Of the fragments that were spared a pass, those of first rounds.
+    spared_at_first: u64,
     /// The most places that were in use.
     most: u64,
     primitive: StreamMonitor<Marked<Primitive>>,
@@ -121,6 +129,9 @@ impl Monitor<FBuffer> for FBufferMonitor {
             own: FBufferCounters::default(),
             frames: 0,
             of_play: 0,
+            killed: 0,
+            killed_at_first: 0,
+            spared_at_first: 0,
             most: 0,
             primitive: StreamMonitor::new("primitive", "source", "walker"),
             fragment: StreamMonitor::new("fragment", "walker", "window"),
@@ -148,13 +159,15 @@ impl Monitor<FBuffer> for FBufferMonitor {
         own.vertices += u64::from(e.submitted) * u64::from(VERTICES);
         own.discarded += u64::from(e.discarded);
         self.of_play += u64::from(e.shaded);
+        self.killed += u64::from(e.killed);
+        self.killed_at_first += u64::from(e.killed && first_round(cfg, q));
         let came = o.fragment.fires() && !o.fragment.payload.end && first;
         fragments.arrived += u64::from(came);
         fragments.drawn += u64::from(e.drawn);
         fragments.hidden += u64::from(e.hidden);
         // All that get a place go by once in the last pass of the first window, of each batch; and again in further rounds.
         let last = o.play.shades && q.plays.pass + 1 == cfg.plays.passes && o.play.window == 0;
-        let last = last && !(cfg.plays.sorts && q.sort.behind.valid);
+        let last = last && first_round(cfg, q);
         own.sort_passes += u64::from(e.sort_pass);
         own.fragments += u64::from(last && (e.shaded || e.discarded));
         fragments.culled +=
@@ -191,7 +204,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
             dropped_since: "a primitive has more fragments than the F-buffer has places (see `size` and `overflow`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: memories.tallies(),
-            seed_accesses: 2 * (passes - 1) * self.own.fragments,
+            seed_accesses: 2 * ((passes - 1) * self.own.fragments - self.spared_at_first),
             seed_bytes: word_bytes * u64::from(cfg.words()),
             seed_bytes_used: word_bytes * words,
             own: self.own.figures(),
@@ -212,7 +225,14 @@ impl FBufferMonitor {
             own.wasted_fragments += self.of_play;
         }
         if cfg.window().counts() {
-            self.most = self.most.max(self.of_play);
+            let gone = if cfg.window().compacts { self.killed } else { 0 };
+            self.most = self.most.max(self.of_play - gone);
+        }
+        if !o.events.wasted {
+            let further = u64::from(cfg.plays.passes - 1 - q.plays.pass);
+            own.spared += self.killed * further;
+            self.spared_at_first += self.killed_at_first * further;
+            self.fragments.killed += self.killed_at_first;
         }
         let accepted = o.play.shades && !o.events.wasted;
         if accepted && cfg.plays.batches() && q.plays.pass == 0 {
@@ -220,5 +240,13 @@ impl FBufferMonitor {
         }
         own.windows += u64::from(accepted && q.plays.pass + 1 == cfg.plays.passes);
         self.of_play = 0;
+        self.killed = 0;
+        self.killed_at_first = 0;
     }
+}
+
+/// Nothing that was sorted has been blended yet.
+#[inline(always)]
+fn first_round(cfg: &Config, q: &State) -> bool {
+    !(cfg.plays.sorts && q.sort.behind.valid)
 }

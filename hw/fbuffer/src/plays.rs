@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  an item comes ---->+-------+
-//!  over, counted ---->| Plays |---> play, open, skips, replay
+//!  over, beyond ----->| Plays |---> play, open, skips, replay
 //!  frame done ------->|       |---> again, wasted, finished
 //!                     +-------+
 //! ```
@@ -61,7 +61,7 @@ pub struct Play {
     /// What the pass before has left is read.
     #[exists(cfg.stores())]
     pub reads: bool,
-    /// The window.
+    /// The window: its number, or that of its first fragment where fragments that are killed leave no gap.
     #[width(cfg.window_bits())]
     pub window: u32,
 }
@@ -108,22 +108,18 @@ pub struct In {
     pub end: bool,
     /// All of the play went through.
     pub over: bool,
-    /// Transparent fragments that it had.
-    #[width(window::COUNT_BITS)]
+    /// It had transparent fragments behind its window.
     #[exists(cfg.window.counts())]
-    pub counted: u32,
+    pub beyond: bool,
+    /// The number behind the last one of the window, with which the next one begins.
+    #[width(window::COUNT_BITS)]
+    #[exists(cfg.window.compacts)]
+    pub next_window: u32,
     /// There are fragments for a further round.
     #[exists(cfg.sorts)]
     pub left: bool,
     /// The frame is complete and is shown from the next cycle on.
     pub done: bool,
-}
-
-/// Whether there are windows after this one, for so many fragments.
-#[inline(always)]
-#[rtl]
-pub fn more(cfg: &window::Config, window: u32, counted: u32) -> bool {
-    cfg.windows && counted > 0 && (counted.saturating_sub(1) >> cfg.place_bits()) > window
 }
 
 /// Outputs of registers.
@@ -165,7 +161,8 @@ pub struct Out {
     output = (),
     check(Plays, crate::test_util::plays(3, true, false)),
     check(Plays, crate::test_util::plays(2, false, true)),
-    check(Plays, crate::test_util::plays(1, true, true))
+    check(Plays, crate::test_util::plays(1, true, true)),
+    check(Plays, Config { window: crate::test_util::compacting(2), ..crate::test_util::plays(2, true, false) })
 )]
 impl Block for Plays {
     type Config = Config;
@@ -228,13 +225,11 @@ impl Block for Plays {
         // The batch, and whether it fits.
         let left = q.primitive.saturating_sub(q.first);
         let covered = left.min(q.length);
-        let fits = i.counted <= cfg.window.places();
         let first_pass = play.shades && q.pass == 0;
-        let wasted = i.over && cfg.batches() && first_pass && !fits && covered > 1;
+        let wasted = i.over && cfg.batches() && first_pass && i.beyond && covered > 1;
 
         // What is left when its last pass is over.
-        let further =
-            if cfg.batches() { left > covered } else { more(&cfg.window, q.window, i.counted) };
+        let further = if cfg.batches() { left > covered } else { i.beyond };
         let round = cfg.sorts && i.left && !further;
         let again = i.over && (!last || further || wasted || round);
         let finished = i.over && !again;
@@ -251,7 +246,8 @@ impl Block for Plays {
             } else if last && (further || round) {
                 d.pass = 0;
                 if cfg.window.windows {
-                    d.window = if round { 0 } else { q.window + 1 };
+                    let behind = if cfg.window.compacts { i.next_window } else { q.window + 1 };
+                    d.window = if round { 0 } else { behind };
                 }
                 d.first = q.first + covered;
             }

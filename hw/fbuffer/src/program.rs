@@ -34,7 +34,9 @@ choice! {
         Restore = "restore",
         /// Pitted thin glass: absorption, pits and an edge in three passes.
         Glass = "glass",
-        /// Drawn from a seed: two to four passes.
+        /// A sheet with a hole in each tile that thins out with depth, in three passes, two of which kill fragments.
+        Sieve = "sieve",
+        /// Drawn from a seed: two to four passes, which may kill.
         Random = "random",
     }
 }
@@ -84,9 +86,11 @@ pub enum Op {
     Max,
     /// `c` where `a` is less than `b`, else what the register holds.
     Select,
+    /// The fragment is killed where `a` is less than `b`: it is not blended. No register is set.
+    Kill,
 }
 
-/// An instruction: one register is set.
+/// An instruction: one register is set, or a fragment killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
     /// What it does.
@@ -117,6 +121,8 @@ pub struct Program {
     pub passes: [Pass; MOST_PASSES],
     /// How many there are, at least 1.
     pub count: u32,
+    /// It may kill a fragment.
+    pub kills: bool,
     /// Of each temporary register, bit `k`: what it holds behind instruction `k` is read by a later one, in some pass.
     pub read_behind: [u32; TEMPORARIES as usize],
 }
@@ -155,6 +161,11 @@ fn instruction(op: Op, to: Operand, a: Operand, b: Operand) -> Instruction {
 }
 
 impl Instruction {
+    /// Whether it sets a register.
+    fn sets(&self, register: u32) -> bool {
+        self.op != Op::Kill && self.to == register
+    }
+
     /// Whether it needs what a register holds.
     fn reads(&self, register: u32) -> bool {
         let selects = self.op == Op::Select;
@@ -184,7 +195,7 @@ impl Program {
             of.iter().any(|pass| {
                 let mut later = pass.list().iter().skip(behind + 1);
                 later
-                    .find(|i| i.reads(register) || i.to == register)
+                    .find(|i| i.reads(register) || i.sets(register))
                     .is_some_and(|i| i.reads(register))
             })
         };
@@ -192,7 +203,8 @@ impl Program {
             let stages = (0..MOST_INSTRUCTIONS).filter(|stage| is_read(register, *stage));
             stages.fold(0, |bits, stage| bits | 1 << stage)
         });
-        Program { passes, count: of.len() as u32, read_behind }
+        let kills = of.iter().flat_map(Pass::list).any(|i| i.op == Op::Kill);
+        Program { passes, count: of.len() as u32, kills, read_behind }
     }
 
     /// The program of that kind, for so many targets; a random one is drawn from `seed`.
@@ -201,6 +213,7 @@ impl Program {
             Kind::Tint => Program::of(&[colour()]),
             Kind::Restore => Program::of(&[colour(), Pass::of(&[])]),
             Kind::Glass => glass(),
+            Kind::Sieve => sieve(),
             Kind::Random => random(seed, targets),
         }
     }
@@ -222,6 +235,20 @@ fn colour() -> Pass {
     Pass::of(&[keep(0, RED), keep(1, GREEN), keep(2, BLUE), keep(3, ALPHA)])
 }
 
+/// In `t(0)` and `t(1)`: how far a fragment is from the middle of its tile of 16 x 16 pixels in each direction, 1/2 at most. `free` is set.
+fn from_middle(free: Operand) -> [Instruction; 6] {
+    use Op::{Max, Sub};
+    let (i, half) = (instruction, constant(128));
+    [
+        i(Sub, t(0), X, half),
+        i(Sub, t(1), half, X),
+        i(Max, t(0), t(0), t(1)),
+        i(Sub, t(1), Y, half),
+        i(Sub, free, half, Y),
+        i(Max, t(1), t(1), free),
+    ]
+}
+
 fn glass() -> Program {
     use Op::{Add, Max, Min, Mul, Sub};
     let i = instruction;
@@ -235,21 +262,12 @@ fn glass() -> Program {
         i(Mul, v(2), BLUE, t(0)),
     ];
     // A pit in each tile of 16 x 16 pixels, the deeper the nearer to its middle.
-    let half = constant(128);
-    let pits = [
-        i(Sub, t(0), X, half),
-        i(Sub, t(1), half, X),
-        i(Max, t(0), t(0), t(1)),
-        i(Sub, t(1), Y, half),
-        i(Sub, v(3), half, Y),
-        i(Max, t(1), t(1), v(3)),
-        i(Max, v(3), t(0), t(1)),
-        i(Min, v(3), v(3), constant(64)),
-    ];
+    let depth = [i(Max, v(3), t(0), t(1)), i(Min, v(3), v(3), constant(64))];
+    let pits = [&from_middle(v(3))[..], &depth].concat();
     // Pits are darker; and the less is let through, the less of white is reflected.
     let edge = [
         i(Add, t(0), v(3), v(3)),
-        i(Add, t(0), t(0), half),
+        i(Add, t(0), t(0), constant(128)),
         i(Mul, v(0), v(0), t(0)),
         i(Mul, v(1), v(1), t(0)),
         i(Mul, v(2), v(2), t(0)),
@@ -262,6 +280,29 @@ fn glass() -> Program {
         i(Add, v(3), ALPHA, t(1)),
     ];
     Program::of(&[Pass::of(&absorption), Pass::of(&pits), Pass::of(&edge)])
+}
+
+fn sieve() -> Program {
+    use Op::{Kill, Max, Mul, Sub};
+    let i = instruction;
+    // A hole of 11 x 11 pixels.
+    let hole = [
+        i(Max, t(0), t(0), t(1)),
+        i(Kill, t(0), t(0), constant(96)),
+        i(Max, v(0), RED, RED),
+        i(Max, v(1), GREEN, GREEN),
+        i(Max, v(2), BLUE, BLUE),
+    ];
+    // The farther away, the thinner; an alpha test takes what is next to nothing.
+    let fog = [i(Mul, t(0), Z, constant(128)), i(Sub, t(0), constant(255), t(0))];
+    let thins = [i(Mul, v(3), ALPHA, t(0)), i(Kill, v(3), v(3), constant(32))];
+    // And the darker.
+    let darkens = [0, 1, 2].map(|k| i(Mul, v(k), v(k), t(0)));
+    Program::of(&[
+        Pass::of(&[&from_middle(v(3))[..], &hole].concat()),
+        Pass::of(&[fog, thins].concat()),
+        Pass::of(&[&fog[..], &darkens].concat()),
+    ])
 }
 
 /// Numbers at random: xorshift, Marsaglia 2003.
@@ -279,6 +320,8 @@ impl Draw {
 
 fn random(seed: u32, targets: u32) -> Program {
     const OPS: [Op; 6] = [Op::Add, Op::Sub, Op::Mul, Op::Min, Op::Max, Op::Select];
+    /// One instruction of so many kills.
+    const KILLS: usize = 12;
     const INPUTS: [Operand; 7] = [X, Y, Z, RED, GREEN, BLUE, ALPHA];
     let mut draw = Draw(u64::from(seed) << 20 | 0x9_e377);
     // The first numbers of neighbouring seeds are alike.
@@ -294,9 +337,10 @@ fn random(seed: u32, targets: u32) -> Program {
         };
         let mut instructions = vec![];
         for _ in 0..=draw.below(8) {
-            let op = OPS[draw.below(OPS.len())];
+            let kills = draw.below(KILLS) == 0;
+            let op = if kills { Op::Kill } else { OPS[draw.below(OPS.len())] };
             let [a, b, c] = [(); 3].map(|()| operand(&mut draw, &readable));
-            let temporary = draw.below(4) == 0 && op != Op::Select;
+            let temporary = draw.below(4) == 0 && !matches!(op, Op::Select | Op::Kill);
             let to = if temporary { t(draw.below(2) as u32) } else { v(draw.below(values) as u32) };
             instructions.push(Instruction { c, ..instruction(op, to, a, b) });
             if !readable.contains(&to) {
@@ -334,12 +378,12 @@ mod tests {
                                 assert!(k >= TEMPORARIES || set.contains(&k));
                             }
                         }
-                        set.push(*to);
+                        set.extend((*op != Op::Kill).then_some(*to));
                     }
                 }
             }
         }
-        let all = [Op::Add, Op::Sub, Op::Mul, Op::Min, Op::Max, Op::Select];
+        let all = [Op::Add, Op::Sub, Op::Mul, Op::Min, Op::Max, Op::Select, Op::Kill];
         assert!(all.iter().all(|op| ops.contains(op)));
         assert!((2..=MOST_PASSES as u32).all(|count| counts.contains(&count)));
         assert!(!counts.contains(&1));

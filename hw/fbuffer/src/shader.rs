@@ -8,7 +8,8 @@
 //!               +--------+
 //! ```
 //! A fragment a cycle; as many cycles from input to output as the longest pass has instructions, one in each stage. Registers
-//! travel with their fragment, a temporary one as far as it is read. All of it stands while `advance` is low. An opaque fragment goes through as it is.
+//! travel with their fragment, a temporary one as far as it is read. All of it stands while `advance` is low. An opaque fragment goes through
+//! as it is. One that is killed goes through, too: whoever takes what leaves sees to it that it goes no further.
 
 use crate::program::{
     COMPONENTS, Input, Instruction, MOST_INSTRUCTIONS, MOST_REGISTERS, MOST_TARGETS, MOST_VALUES,
@@ -59,6 +60,11 @@ impl Config {
     pub fn pass_bits(&self) -> u32 {
         bits_for(u64::from(self.program.count - 1))
     }
+    /// Whether a fragment that is killed keeps its place, and says so there.
+    #[inline]
+    pub fn tells(&self) -> bool {
+        self.program.kills && !self.window.compacts
+    }
     /// Whether what a temporary register holds goes on from a stage: a later one reads it.
     #[inline]
     fn goes_on(&self, temporary: u32, stage: u32) -> bool {
@@ -78,6 +84,9 @@ pub struct Values {
     #[width(cfg.bits)]
     #[len(cfg.values())]
     pub of: [u32; MOST_VALUES],
+    /// It was killed.
+    #[exists(cfg.tells())]
+    pub killed: bool,
 }
 
 /// A fragment with its registers.
@@ -90,6 +99,9 @@ pub struct Running {
     #[width(cfg.bits)]
     #[len(cfg.registers())]
     pub registers: [u32; MOST_REGISTERS],
+    /// It was killed; of an opaque one without meaning.
+    #[exists(cfg.program.kills)]
+    pub killed: bool,
 }
 
 /// Registers.
@@ -152,6 +164,13 @@ fn number(cfg: &Config, operand: &Operand, running: Running) -> u32 {
     }
 }
 
+/// Whether an instruction kills.
+#[inline(always)]
+#[rtl]
+fn kills(cfg: &Config, of: &Instruction, running: Running) -> bool {
+    number(cfg, &of.a, running) < number(cfg, &of.b, running)
+}
+
 /// What an instruction sets its register to.
 #[inline(always)]
 #[rtl]
@@ -172,6 +191,7 @@ fn result(cfg: &Config, of: &Instruction, running: Running) -> u32 {
             let held = running.registers[of.to as usize];
             if a < b { c } else { held }
         }
+        Op::Kill => running.registers[of.to as usize],
     }
 }
 
@@ -179,7 +199,7 @@ fn result(cfg: &Config, of: &Instruction, running: Running) -> u32 {
 #[inline(always)]
 #[rtl]
 pub fn values(cfg: &Config, running: Running) -> Values {
-    let mut values = Values { of: [0; MOST_VALUES] };
+    let mut values = Values { of: [0; MOST_VALUES], killed: running.killed };
     for k in 0..cfg.values() {
         values.of[k as usize] = running.registers[(TEMPORARIES + k) as usize];
     }
@@ -206,7 +226,8 @@ pub fn coloured(cfg: &Config, running: Running) -> Fragment {
     check(Shader, crate::test_util::shader("tint", 1, 8)),
     check(Shader, crate::test_util::shader("glass", 1, 16)),
     check(Shader, crate::test_util::shader("glass", 2, 32)),
-    check(Shader, crate::test_util::shader("random", 3, 32))
+    check(Shader, crate::test_util::shader("random", 3, 32)),
+    check(Shader, crate::test_util::shader("sieve", 1, 8))
 )]
 impl Block for Shader {
     type Config = Config;
@@ -232,8 +253,9 @@ impl Block for Shader {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         let Marked { end, item } = i.fragment.payload;
-        let mut first = Running { placed: item, registers: [0; MOST_REGISTERS] };
+        let mut first = Running { placed: item, registers: [0; MOST_REGISTERS], killed: false };
         if i.pass > 0 {
+            first.killed = i.values.data.killed;
             for k in 0..cfg.values() {
                 first.registers[(TEMPORARIES + k) as usize] = i.values.data.of[k as usize];
             }
@@ -249,7 +271,9 @@ impl Block for Shader {
                     for pass in 0..cfg.program.count {
                         if k < cfg.program.passes[pass as usize].length {
                             let of = cfg.program.passes[pass as usize].instructions[k as usize];
-                            if i.pass == pass {
+                            if i.pass == pass && of.op == Op::Kill {
+                                after.killed = running.killed || kills(cfg, &of, running);
+                            } else if i.pass == pass {
                                 after.registers[of.to as usize] = result(cfg, &of, running);
                             }
                         }

@@ -18,7 +18,12 @@ pub fn small_fbuffer(settings: &[(&str, &str)]) -> Config {
 /// A window over 2^`place_bits` places, or batches.
 pub fn window(place_bits: u32, fragment_cycles: u32, windows: bool) -> window::Config {
     let places = Places::Counted(place_bits);
-    window::Config { screen: screen(7, 5), places, fragment_cycles, windows }
+    window::Config { screen: screen(7, 5), places, fragment_cycles, windows, compacts: false }
+}
+
+/// Windows over the survivors that have 2^`place_bits` places.
+pub fn compacting(place_bits: u32) -> window::Config {
+    window::Config { compacts: true, ..window(place_bits, 1, true) }
 }
 
 /// Plays of so many passes, in windows or batches.

@@ -5,15 +5,22 @@
 //!               +--------+
 //!  fragment --->|        |---> placed (Stream)
 //!  taken <------| Window |---> read (of the place)
-//!  play ------->|        |---> counted
+//!  play ------->|        |---> counted, end
+//!  survivors -->|        |
 //!               +--------+<--- advance
 //! ```
 //! Fragment `n` of a play, counted from 0, is in window `n / S` and has place `n % S`, for a buffer of S places; so it has the same
 //! one in each pass. From one that is shaded to the next it takes `fragment_cycles`; one that is discarded takes a cycle, and so
 //! does an opaque one, which is drawn in a frame's first play and is not counted. Where places are those of pixels there is one
 //! window.
+//!
+//! Where fragments that are killed leave no gap, a window begins with a fragment's number and ends where [`Survivors`] have no place left;
+//! in a pass behind the first one it shades those alone that are left, each with its place among them.
+//!
+//! [`Survivors`]: crate::survivors
 
 use crate::plays::Play;
+use crate::survivors;
 use pellucid_machine::pixel::{Fragment, MOST_PIXEL_BITS, Marked, Screen, is_opaque};
 use pellucid_sim::{Block, Signals, Stream, bits_for, check_range, rtl};
 
@@ -34,6 +41,8 @@ pub struct Config {
     pub fragment_cycles: u32,
     /// There are windows beyond the first; else what is beyond it is not shaded.
     pub windows: bool,
+    /// Fragments that are killed leave their place to others. Each has a place of its own, and there are several passes.
+    pub compacts: bool,
 }
 
 /// Where a fragment leaves what it knows between two passes.
@@ -76,10 +85,14 @@ impl Config {
             Places::Pixel => self.screen.pixels(),
         }
     }
-    /// Bits of a window's number.
+    /// Bits of a window's number, or of that of its first fragment where fragments that are killed leave no gap.
     #[inline]
     pub fn window_bits(&self) -> u32 {
-        if self.windows { COUNT_BITS - self.place_bits() } else { 0 }
+        match self {
+            Config { windows: false, .. } => 0,
+            Config { compacts: true, .. } => COUNT_BITS,
+            _ => COUNT_BITS - self.place_bits(),
+        }
     }
 }
 
@@ -91,7 +104,12 @@ pub struct Placed {
     pub fragment: Fragment,
     /// Its place.
     #[width(cfg.place_bits())]
+    #[exists(!cfg.compacts)]
     pub place: u32,
+    /// Its number in the play.
+    #[width(COUNT_BITS)]
+    #[exists(cfg.compacts)]
+    pub number: u32,
 }
 
 /// Registers.
@@ -101,6 +119,10 @@ pub struct State {
     #[width(COUNT_BITS)]
     #[exists(cfg.counts())]
     pub counted: u32,
+    /// The number behind the last fragment of the window.
+    #[width(COUNT_BITS)]
+    #[exists(cfg.compacts)]
+    pub end: u32,
     /// Cycles until the next one can be shaded.
     #[width(bits_for(u64::from(cfg.fragment_cycles - 1)))]
     pub pause: u32,
@@ -118,6 +140,10 @@ pub struct In {
     /// What the play is.
     #[with(*cfg)]
     pub play: Play,
+    /// What is left of those that were shaded.
+    #[with(*cfg)]
+    #[exists(cfg.compacts)]
+    pub survivors: survivors::Moore,
     /// The receiver takes what is at hand.
     pub advance: bool,
     /// The play is over.
@@ -134,6 +160,10 @@ pub struct Moore {
     #[width(COUNT_BITS)]
     #[exists(cfg.counts())]
     pub counted: u32,
+    /// The number behind the last one of the window.
+    #[width(COUNT_BITS)]
+    #[exists(cfg.compacts)]
+    pub end: u32,
 }
 
 /// Outputs.
@@ -151,10 +181,20 @@ pub struct Out {
     pub discarded: bool,
 }
 
+/// Whether there are fragments behind the window, for the number of windows or of a fragment that it is: where all of the play has
+/// gone through.
+#[inline(always)]
+#[rtl]
+pub fn beyond(cfg: &Config, window: u32, of: Moore) -> bool {
+    let within = of.counted == 0 || (of.counted.saturating_sub(1) >> cfg.place_bits()) <= window;
+    if cfg.compacts { of.end < of.counted } else { cfg.counts() && !within }
+}
+
 #[rtl(
     check(Window, crate::test_util::window(2, 1, true)),
     check(Window, crate::test_util::window(3, 3, true)),
     check(Window, crate::test_util::window(2, 1, false)),
+    check(Window, crate::test_util::compacting(2)),
     check(Window, Config { places: Places::Pixel, ..crate::test_util::window(2, 1, false) })
 )]
 impl Block for Window {
@@ -169,25 +209,35 @@ impl Block for Window {
         cfg.screen.check();
         check_range("the bits of a place", cfg.place_bits(), ..=MOST_PIXEL_BITS);
         check_range("the number of cycles of a fragment", cfg.fragment_cycles, 1..);
-        State { counted: 0, pause: 0, placed: Stream::idle() }
+        State { counted: 0, end: 0, pause: 0, placed: Stream::idle() }
     }
 
     fn memories(_: &Config) {}
 
     #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
-        Moore { placed: q.placed, counted: q.counted }
+        Moore { placed: q.placed, counted: q.counted, end: q.end }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let Marked { end, item } = i.fragment.payload;
         let transparent = !end && !is_opaque(item.rgba);
-        let within = !cfg.counts() || (q.counted >> cfg.place_bits()) == i.play.window;
+        let mut within = !cfg.counts() || (q.counted >> cfg.place_bits()) == i.play.window;
+        let mut waits = false;
+        if cfg.compacts {
+            let survivors::Moore { next, room, full, .. } = i.survivors;
+            within = if i.play.reads {
+                next.valid && next.payload == q.counted
+            } else {
+                q.counted >= i.play.window && !full
+            };
+            waits = !i.play.reads && !room;
+        }
         let shaded = transparent && i.play.shades && within;
         let goes_on = end || shaded || (!transparent && i.play.draws);
 
-        let taken = !goes_on || (i.advance && (!shaded || q.pause == 0));
+        let taken = !goes_on || (i.advance && (!shaded || (q.pause == 0 && !waits)));
         let takes = i.fragment.valid && taken;
         if q.pause > 0 {
             d.pause = q.pause - 1;
@@ -201,14 +251,21 @@ impl Block for Window {
             Places::Counted(bits) => place = q.counted & ((1 << bits) - 1),
             Places::Pixel => place = item.y * cfg.screen.width + item.x,
         }
+        if cfg.compacts {
+            place = i.survivors.place;
+        }
         if takes && goes_on {
-            d.placed.payload = Marked { end, item: Placed { fragment: item, place } };
+            let placed = Placed { fragment: item, place, number: q.counted };
+            d.placed.payload = Marked { end, item: placed };
             if shaded {
                 d.pause = cfg.fragment_cycles - 1;
             }
         }
         if takes && transparent && i.play.shades && cfg.counts() {
             d.counted = q.counted + 1;
+            if shaded && !i.play.reads {
+                d.end = q.counted + 1;
+            }
         }
         if i.over {
             d.counted = 0;

@@ -1,10 +1,13 @@
 //! The F-buffer against the golden model.
 
 use pellucid_fbuffer::architecture::ARCHITECTURE;
+use pellucid_fbuffer::golden;
+use pellucid_fbuffer::program::{Kind, Program};
 use pellucid_machine::architecture::Parameterised;
+use pellucid_machine::arithmetic::Unshaded;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
 use pellucid_machine::{Item, Tally};
-use pellucid_machine_properties::frames::{Setup, effort, one_frame, tried};
+use pellucid_machine_properties::frames::{Setup, effort, one_frame, opaque_depth, tried};
 use pellucid_machine_properties::machine_properties;
 use pellucid_sim::Label;
 use pellucid_test_util::{Triangle, primitive};
@@ -183,6 +186,118 @@ proptest! {
             Ok(())
         })?;
     }
+}
+
+/// Whether a program, or its first pass alone, kills a fragment.
+fn is_killed(program: &Program, of: &Fragment) -> bool {
+    let Fragment { x, y, z, rgba, .. } = *of;
+    golden::run(program, 16, Unshaded { x, y, z, rgba }).is_none()
+}
+
+/// Windows over fragments of which the first pass kills some, by their definition: each ends where its survivors take the last place.
+fn windows_of_survivors(killed: &[bool], places: usize) -> u64 {
+    let (mut windows, mut left) = (1, 0);
+    for killed in killed {
+        if left == places {
+            windows += 1;
+            left = 0;
+        }
+        left += usize::from(!killed);
+    }
+    windows
+}
+
+proptest! {
+    #![proptest_config(effort())]
+
+    /// For any buffer, any fragments and any program: those that it kills as a whole are missing, and no other; and where they leave
+    /// their places to others there are no more windows than these need.
+    #[test]
+    fn what_a_program_kills_is_missing(
+        (setup, frame) in one_frame(&ARCHITECTURE),
+        side in 1..4u32,
+        seed in prop::option::of(0..1000u32),
+        early: bool,
+    ) {
+        let (kind, name) = if seed.is_some() { (Kind::Random, "random") } else { (Kind::Sieve, "sieve") };
+        let seed = seed.unwrap_or_default();
+        let program = Program::new(kind, seed, 2);
+        let visible = |f: &&Fragment| !early || f.z < opaque_depth(&frame, f);
+        let come: Vec<&Fragment> =
+            frame.iter().filter(|f| !f.is_opaque()).filter(visible).collect();
+        let first = Program { count: 1, ..program };
+        let killed_at_once: Vec<bool> = come.iter().map(|f| is_killed(&first, f)).collect();
+        let killed = come.iter().filter(|f| is_killed(&program, f)).count() as u64;
+        let places = 1 << (2 * side);
+        let keeping = come.len().div_ceil(places).max(1) as u64;
+        let compacting = windows_of_survivors(&killed_at_once, places);
+        for (kill, windows) in [("keep", keeping), ("compact", compacting)] {
+            let setup = setup.with(with(&[
+                ("program", name), ("seed", &seed.to_string()), ("targets", "2"), ("component_bits", "16"),
+                ("mode", "shade"), ("store", "fbuffer"), ("overflow", "window"), ("kill", kill),
+                ("early_depth", if early { "before_window" } else { "off" }),
+                ("size", &(1 << side).to_string()),
+            ]));
+            let frames = [frame.clone()];
+            setup.judged(&frames, || {
+                let run = tried(setup.run(&frames))?;
+                let verdict = setup.verdict(&run, &[setup.golden(&frame)]);
+                prop_assert!(verdict.is_right(), "{:?}", verdict.faults());
+                prop_assert_eq!(run.tally.fragments.killed, killed, "{}", kill);
+                prop_assert_eq!(run.tally.figure("windows"), windows, "{}", kill);
+                Ok(())
+            })?;
+        }
+    }
+}
+
+/// `sieve` over a screen of one tile: 121 of 256 fragments are killed in the first pass, and those of an alpha below 32 in the second one.
+#[test]
+fn what_is_killed_leaves_its_place_to_others() {
+    const TILE: Screen = Screen { width: 16, height: 16, background: 0 };
+    let thin = |x: u32, y: u32| (x, y) == (0, 0) || (x, y) == (15, 15);
+    let frame: Vec<Fragment> = (0..256)
+        .map(|k| (k % 16, k / 16))
+        .map(|(x, y)| {
+            let alpha = if thin(x, y) { 31 } else { 200 };
+            Fragment { x, y, z: 0, rgba: 0xff_80_40_00 | alpha, label: Label::NONE }
+        })
+        .collect();
+    let names = ["windows", "submissions", "shaded", "spared", "discarded"];
+    let of = |settings: &[(&'static str, &str)]| {
+        let settings = [&[("program", "sieve"), ("size", "8")], settings].concat();
+        let setup = Setup::free(&ARCHITECTURE, TILE, with(&settings));
+        let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+        let verdict = setup.verdict(&run, &[setup.golden(&frame)]);
+        assert!(verdict.is_right(), "{:?}", verdict.faults());
+        assert_eq!(run.tally.fragments.killed, 123);
+        (figures(&run.tally, names), run.tally.memory("buffer.words").unwrap().info.writes)
+    };
+    // 64 places: 256 fragments take four windows, the 135 that are left after the first pass three.
+    assert_eq!(of(&[]), ([4, 12, 768, 0, 2304], 512));
+    let spared = 2 * 121 + 2;
+    let shaded = 768 - spared;
+    // After the first pass 135 words are written, after the second one 133.
+    assert_eq!(of(&[("kill", "compact")]), ([3, 9, shaded, spared, 9 * 256 - shaded], 268));
+    // Sorted: the 133 that are left take three rounds.
+    let ([windows, ..], _) = of(&[("kill", "compact"), ("mode", "sort")]);
+    assert_eq!(windows, 9);
+    let ([windows, ..], _) = of(&[("mode", "sort")]);
+    assert_eq!(windows, 12);
+}
+
+/// Of 18 fragments the first two are in the hole, at columns 3 and 4 of row 3: there are places for the 16 that are left, and not for all.
+#[test]
+fn a_batch_fits_by_what_is_left_of_it() {
+    let frame: Vec<Fragment> =
+        points(20).into_iter().rev().take(18).map(|f| Fragment { z: 0, ..f }).collect();
+    let of = |kill| {
+        let settings = [("program", "sieve"), ("size", "4"), ("overflow", "batch"), ("kill", kill)];
+        let tally = tally(&settings, &frame);
+        (figures(&tally, ["windows", "wasted_passes"]), tally.fragments.killed)
+    };
+    assert_eq!(of("keep"), ([2, 1], 2));
+    assert_eq!(of("compact"), ([1, 0], 2));
 }
 
 /// A triangle of 6 pixels and 4 places: the last two fragments of it are lost, and the run says so.

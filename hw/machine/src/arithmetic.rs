@@ -26,14 +26,14 @@ pub struct Unshaded {
     pub rgba: u32,
 }
 
-/// A program that gives each transparent fragment its colour, before pixels' colours are made of these.
+/// A program that gives each transparent fragment its colour or kills it, before pixels' colours are made of these.
 #[derive(Clone, Copy)]
 pub struct Shading {
     /// Which of the programs that `colour` knows it is.
     pub program: u64,
     /// The colour `0xRRGGBBAA` that a program gives a fragment, and the last one that counts in its pixel: where the two share
-    /// what is stored between passes, one finds what the other has left.
-    pub colour: fn(u64, Unshaded, Unshaded) -> u32,
+    /// what is stored between passes, one finds what the other has left. Nothing if the program kills it.
+    pub colour: fn(u64, Unshaded, Unshaded) -> Option<u32>,
 }
 
 /// See the module's description. Two are equal if their names are, and the programs that shade.

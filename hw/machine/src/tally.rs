@@ -63,6 +63,8 @@ pellucid_sim::counters! {
         spilled: "fragments",
         /// Transparent fragments behind their pixel's opaque depth: never blended.
         culled: "fragments",
+        /// Transparent fragments that their program killed: never blended.
+        killed: "fragments",
         /// Transparent fragments that were blended.
         blended: "fragments",
         /// Transparent fragments for which there was no place: the image lacks them.

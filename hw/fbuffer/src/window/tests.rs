@@ -20,7 +20,7 @@ fn play(
     let (mut given, mut discarded) = (vec![], 0);
     for cycle in 0.. {
         assert!(cycle < 10_000, "the end of the play does not come");
-        let Moore { placed, counted } = sim.moore();
+        let Moore { placed, counted, .. } = sim.moore();
         let advance = advance.at(cycle);
         if placed.valid && advance {
             given.push((cycle, placed.payload));
@@ -28,7 +28,8 @@ fn play(
                 return (given, discarded, counted);
             }
         }
-        let i = In { fragment: source.offer(cycle), play, advance, over: false };
+        let survivors = survivors::Moore::default();
+        let i = In { fragment: source.offer(cycle), play, survivors, advance, over: false };
         let out = sim.clock(i).unwrap().out;
         discarded += u32::from(out.discarded);
         source.edge(out.taken);
