@@ -50,7 +50,7 @@ impl Tree {
                 let all = self.plane_bits + weight_bits;
                 let bits = all.min(self.node_bits);
                 let product =
-                    |(value, edge): (&u64, &u32)| value * u64::from(*edge) >> (all - bits);
+                    |(value, edge): (&u64, &u32)| (value * u64::from(*edge)) >> (all - bits);
                 (of.iter().zip(edges.unwrap_or_default()).map(product).sum(), bits)
             }
         };
