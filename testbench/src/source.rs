@@ -112,6 +112,15 @@ impl Source {
         }
     }
 
+    /// Whether it is a trace.
+    pub fn is_trace(&self) -> bool {
+        match self {
+            Source::OpaqueFirst(frame) => frame.is_trace(),
+            Source::Trace(_) => true,
+            Source::Scene(_) | Source::Fragments(..) => false,
+        }
+    }
+
     /// What it is made of; nothing if it is not made of meshes.
     pub fn contents(&self) -> Option<Contents> {
         match self {

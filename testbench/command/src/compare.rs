@@ -93,6 +93,10 @@ pub(super) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
     for (choice, machine) in choices.iter().zip(&machines[0]) {
         args.view.tell_of_order(&choice.name, &**machine);
     }
+    for ((scene, source), machines) in sources.iter().zip(&machines) {
+        let machines: Vec<&dyn Model> = machines.iter().map(|machine| &**machine).collect();
+        ViewArgs::tell_of_points(scene, source, &machines);
+    }
     let _folder = OutputFolder::claim(&args.out)?;
 
     let bars = MultiProgress::new();

@@ -1,7 +1,7 @@
 //! `pellucid export`: an architecture as Verilog, with a testbench that holds it to this simulation.
 
 use super::machine::MachineArgs;
-use super::{SceneArgs, finished, quoted, say};
+use super::{SceneArgs, ViewArgs, finished, quoted, say};
 use clap::Args;
 use pellucid_testbench::export::{LIST, TESTBENCH, VECTORS, export as write};
 use pellucid_testbench::output::OutputFolder;
@@ -32,6 +32,7 @@ pub(super) fn export(args: &ExportArgs) -> anyhow::Result<bool> {
     let source = args.scene.open()?;
     let machine = args.machine.build(source.screen(), 1)?;
     args.scene.view.tell_of_order(arch.name, &*machine);
+    ViewArgs::tell_of_points(&args.scene.scene, &source, &[&*machine]);
     let _folder = OutputFolder::claim(&args.out)?;
     let stimulus = if args.stress { Stimulus::Stress } else { Stimulus::Plain };
     let done = write(arch.name, &*machine, &source, stimulus, &args.out);

@@ -188,6 +188,18 @@ impl ViewArgs {
         }
     }
 
+    /// Says once that a trace has no vertices, if one of the machines counts some.
+    fn tell_of_points(scene: &str, source: &Source, machines: &[&dyn Model]) {
+        let counts = |machine: &&dyn Model| {
+            machine.values().iter().any(|(name, _)| *name == "vertex_cycles")
+        };
+        if source.is_trace() && machines.iter().any(counts) {
+            tell(&format!(
+                "note: `{scene}` is a trace and has no vertices: each of its fragments counts as a point of three"
+            ));
+        }
+    }
+
     /// What is given of it, as a shell takes it.
     fn given(&self) -> Vec<String> {
         let given = |name: &str, value: String| format!("{name} {}", quoted(&value));

@@ -5,7 +5,7 @@ use super::machine::MachineArgs;
 use super::sequence::SequenceArgs;
 use super::technology::{LibertyArgs, TechnologyArgs, logic_in};
 use super::wave::WaveArgs;
-use super::{SceneArgs, complain, finished, not_right, passes, quoted, say, tell};
+use super::{SceneArgs, ViewArgs, complain, finished, not_right, passes, quoted, say, tell};
 use clap::Args;
 use comfy_table::Table;
 use pellucid_machine::{Census, Kind, Model};
@@ -73,6 +73,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let machine = args.machine.build(screen, frames)?;
     let frames = frames.next_multiple_of(machine.frames_of_image());
     view.tell_of_order(arch.name, &*machine);
+    ViewArgs::tell_of_points(scene, &source, &[&*machine]);
     let _folder = OutputFolder::claim(&args.out)?;
 
     let mut progress = Progress::new("golden model", None, args.quiet);

@@ -74,6 +74,32 @@ fn machines_of_fragments_and_of_primitives_give_one_image_in_any_order() {
     assert!(page.contains(&format!("The same image, bit for bit, came from: {names}<")));
 }
 
+/// Said once, and of machines that count vertices alone.
+#[test]
+fn a_trace_has_no_vertices() {
+    let folder = folder();
+    let trace = "# pellucid-trace width=2 height=1 background=0,0,0\nx,y,z,r,g,b,a\n\
+                 0,0,5,9,9,9,100\n1,0,7,9,9,9,100\n";
+    fs::write(folder.path().join("two.csv"), trace).unwrap();
+    let note = "note: `two.csv` is a trace and has no vertices: each of its fragments counts as a point of three\n";
+    let said = |args: &[&str]| {
+        let output = pellucid(folder.path(), args);
+        assert_eq!(output.status.code(), Some(0));
+        (stderr(&output), output)
+    };
+    let run = |arch| said(&["run", "--scene", "two.csv", "--arch", arch, "--json"]);
+    let (of_run, output) = run("fbuffer");
+    assert_eq!(of_run, note);
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
+    // Two points, three passes of `glass`.
+    assert_eq!(json["fbuffer"]["vertices"], 2 * 3 * 3);
+    assert_eq!(run("composer").0, "");
+    let machines =
+        ["--machine", "fbuffer:x800", "--machine", "fbuffer:r9800", "--machine", "tbuffer"];
+    let compare = [&["compare", "--scene", "two.csv", "--quiet"], &machines[..]].concat();
+    assert_eq!(said(&compare).0, note);
+}
+
 /// The colours of an embedded PNG, three bytes a pixel, and its size.
 fn pixels(uri: &str) -> (u32, u32, Vec<u8>) {
     let data = uri.strip_prefix("data:image/png;base64,").unwrap();
