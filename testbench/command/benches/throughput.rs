@@ -1,12 +1,12 @@
 //! How fast the simulation is: `cargo bench`.
 //!
 //! The item of `cycles_*` is a simulated clock cycle of the whole machine, from reset to the last
-//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files. The image composition machine, which
-//! takes primitives, has a bench of its own.
+//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files. The image composition machine has a
+//! bench of its own.
 
 use divan::{Bencher, counter::ItemsCount};
 use pellucid_hw::{ARCHITECTURES, architecture};
-use pellucid_machine::architecture::Setting;
+use pellucid_machine::architecture::{Setting, settings};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Item, Kind, Model};
 use pellucid_testbench::bench::{Bench, BenchError};
@@ -84,13 +84,16 @@ fn bench_cycles(bencher: Bencher, scene: &str, machine: (&str, &str), wave: Opti
 }
 
 fn bench_model(bencher: Bencher, scene: &Scene, model: &dyn Model, wave: Option<&WaveJob>) {
-    let mut frame = vec![];
-    scene
-        .play::<BenchError>(&mut |fragment| {
-            frame.push(fragment.into());
-            Ok(())
-        })
-        .unwrap();
+    let mut frame: Vec<Item> = vec![];
+    let mut keep = |item| {
+        frame.push(item);
+        Ok(())
+    };
+    let played: Result<(), BenchError> = match model.kind() {
+        Kind::Fragments => scene.play(&mut |fragment| keep(fragment.into())),
+        Kind::Primitives => scene.play_primitives(&mut |primitive| keep(primitive.into())),
+    };
+    played.unwrap();
     let count = cycles(model, &frame, None);
     bencher.counter(ItemsCount::new(count)).bench_local(|| cycles(model, &frame, wave));
 }
@@ -120,6 +123,19 @@ fn cycles_untraced_dram(bencher: Bencher, part: &str) {
     let model = model.build(scene.info(), None, &[setting(("sections", "1"))]).unwrap();
     let model = board::behind(model, &[setting(("outside", part))]).unwrap();
     bench_model(bencher, &scene, &*model, None);
+}
+
+/// The F-buffer, whose frames come again for each pass of each window, in each of its ways.
+#[divan::bench(args = ["x800", "r9800", "x800 program=sieve kill=keep", "x800 program=sieve kill=compact", "x800 program=tint mode=sort"], sample_count = 5)]
+fn cycles_untraced_fbuffer(bencher: Bencher, way: &str) {
+    let scene = open("sphere-12288", Some(128), Some(128));
+    let mut words = way.split(' ');
+    let preset = words.next();
+    let set = words.filter_map(|word| word.split_once('='));
+    let set: Vec<(&str, String)> = set.map(|(name, value)| (name, value.to_string())).collect();
+    let set = [&[("size", "64".to_string())], &set[..]].concat();
+    let model = architecture("fbuffer").unwrap().build(scene.info(), preset, &settings(&set));
+    bench_model(bencher, &scene, &*model.unwrap(), None);
 }
 
 /// With a waveform of these cycles.
