@@ -260,6 +260,39 @@ fn the_f_buffers_counts_come_out() {
     }
     assert_eq!(printed, [69, 489, 33, 33]);
     let page = fs::read(folder.path().join("pellucid-reproduce/fbuffer.html")).unwrap();
-    // Figure 2's five pictures and Figure 4's plot.
-    assert_eq!((elements(&page, "img"), elements(&page, "svg")), (5, 1));
+    // Figure 1's two pictures and Figure 2's five; the plots of Figure 4 and of sorts.
+    assert_eq!((elements(&page, "img"), elements(&page, "svg")), (7, 2));
+
+    // One fragment for each pixel, 64 x 64 of them in smaller buffers too.
+    let mut sorts = vec![];
+    for sort in json["sorts"].as_array().unwrap() {
+        let [fragments, places] = [number(&sort["fragments"]), number(&sort["size"]).pow(2)];
+        let windows = fragments.div_ceil(places).pow(2);
+        assert_eq!(number(&sort["windows"]["counted"]), windows);
+        assert_eq!(number(&sort["submissions"]), 1 + windows);
+        let passes = number(&sort["sort_passes"]["counted"]);
+        if windows == 1 {
+            let k = u64::from(fragments.ilog2());
+            assert_eq!(1 << k, fragments);
+            assert_eq!(passes, k * (k + 1) / 2);
+            let cycles = passes * (fragments / 8 + 1) + fragments + 2;
+            assert_eq!(number(&sort["cycles"]["sort"]), cycles);
+        }
+        sorts.push((fragments, places, passes));
+    }
+    assert!(sorts.contains(&(65_536, 65_536, 136)));
+    assert_eq!(sorts.iter().filter(|(fragments, ..)| *fragments == 4096).count(), 3);
+    let wrong = |k: usize| number(&json["figure_1"][k]["wrong_pixels"]);
+    assert_eq!(wrong(0), 0);
+    assert!(wrong(1) > 0);
+    let claims = json["claims"].as_array().unwrap();
+    let not: Vec<&str> = claims
+        .iter()
+        .filter(|c| c["holds"] == false)
+        .map(|c| c["claim"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        not,
+        ["Time is the larger of what vertices and what fragments take: within a tenth"]
+    );
 }

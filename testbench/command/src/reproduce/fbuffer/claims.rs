@@ -1,7 +1,9 @@
 //! What the paper says, and whether it is so in clocked hardware.
 
+use super::pictures::Overlap;
 use super::plan::{Buffer, Figure, PASSES, SIDE, SPHERES};
 use super::runs::{Entry, Run, Terms};
+use super::{Found, sorting};
 use crate::reproduce::claims::{Claim, Verdict};
 
 /// Submissions that are printed in section 4 and with Figure 3, each for a screen of so many times the side of the buffer.
@@ -21,12 +23,18 @@ pub fn printed(entry: &Entry, buffer: Buffer) -> Option<u64> {
 }
 
 /// The claim of every sentence.
-pub fn claims(entries: &[Entry]) -> Vec<Claim> {
+pub fn claims(Found { entries, sorted, overlap }: &Found) -> Vec<Claim> {
     let claim = |sentence, cases, verdicts: Vec<(&str, Verdict)>, why| {
         let verdicts = verdicts.into_iter().map(|(of, verdict)| (of.to_string(), verdict));
         Claim { sentence, cases, verdicts: verdicts.collect(), why }
     };
-    vec![
+    let of_windows = [
+        claim(
+            "With an F-buffer transparent surfaces are right where they overlap; with one place for each pixel they are not",
+            "ways to store",
+            vec![("triangles", apart(overlap))],
+            "Both are right, or the F-buffer is not.",
+        ),
         claim(
             "The geometry is sent ceil(N / S) times for each pass, with N fragments and S places",
             "runs",
@@ -81,7 +89,14 @@ pub fn claims(entries: &[Entry]) -> Vec<Claim> {
             vec![("memory", memory(entries))],
             "A buffer has another number of bytes.",
         ),
-    ]
+    ];
+    of_windows.into_iter().chain(sorting::claims(sorted)).collect()
+}
+
+/// With an F-buffer no pixel is wrong; with one place for each pixel just those in which surfaces overlap.
+fn apart([fbuffer, framebuffer]: &[Overlap; 2]) -> Verdict {
+    let wrong_there = framebuffer.overlapping > 0 && framebuffer.wrong == framebuffer.overlapping;
+    Verdict::of([fbuffer.wrong == 0, wrong_there])
 }
 
 fn all(entries: &[Entry], holds: impl Fn(Buffer, &Run) -> bool) -> Verdict {

@@ -3,6 +3,7 @@
 use super::claims::printed;
 use super::plan::{Buffer, Figure, PASSES};
 use super::runs::{Entry, Run, Terms};
+use super::{Found, sorting};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
 use comfy_table::{Table, presets};
@@ -50,21 +51,29 @@ pub fn submissions(entries: &[Entry]) -> impl Iterator<Item = &Entry> {
 }
 
 /// Everything as text: a table for each set of frames, and the claims.
-pub fn text(entries: &[Entry], said: &[Claim]) -> String {
+pub fn text(all: &Found, said: &[Claim]) -> String {
     let mut text = String::new();
-    for entry in submissions(entries) {
-        let mut table = Table::new();
-        table.load_style(presets::NOTHING);
-        table.add_row(COLUMNS);
-        for (buffer, run) in &entry.runs {
-            // What is indented stands below its head.
-            let [buffer, counts @ ..] = row(entry, *buffer, run);
-            table.add_row([format!("  {buffer}")].into_iter().chain(counts));
-        }
-        align_right(&mut table, &[1, 2, 3, 4, 5, 6, 7]);
-        text += &format!("{}\n{}\n", head(entry), at_margin(&table.to_string()));
+    for entry in submissions(&all.entries) {
+        let rows = entry.runs.iter().map(|(buffer, run)| row(entry, *buffer, run));
+        text += &table(&head(entry), COLUMNS, rows);
+    }
+    for sorting::Rows { head, rows } in sorting::rows(&all.sorted) {
+        text += &table(head, sorting::COLUMNS, rows);
     }
     text + &claims::text(said)
+}
+
+/// A table of numbers below its head.
+fn table(head: &str, columns: [&str; 8], rows: impl IntoIterator<Item = [String; 8]>) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.add_row(columns);
+    for [first, counts @ ..] in rows {
+        // What is indented stands below its head.
+        table.add_row([format!("  {first}")].into_iter().chain(counts));
+    }
+    align_right(&mut table, &[1, 2, 3, 4, 5, 6, 7]);
+    format!("{head}\n{}\n", at_margin(&table.to_string()))
 }
 
 /// The part of the paper that frames are for.
@@ -78,9 +87,9 @@ fn figure(figure: Figure) -> &'static str {
 }
 
 /// Everything as JSON.
-pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
+pub fn json(command: &str, all: &Found, claims: &[Claim]) -> Json {
     let claims: Vec<Json> = claims.iter().map(Claim::json).collect();
-    let frames = entries.iter().map(|entry| {
+    let frames = all.entries.iter().map(|entry| {
         let runs = entry.runs.iter().map(|(buffer, run)| {
             let terms = Terms::of(*buffer, run);
             json!({
@@ -117,16 +126,25 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
             "runs": runs.collect::<Vec<_>>(),
         })
     });
-    json!({ "command": command, "claims": claims, "frames": frames.collect::<Vec<_>>() })
+    let overlap = all.overlap.iter().map(|of| {
+        json!({ "store": of.store, "overlapping_pixels": of.overlapping, "wrong_pixels": of.wrong })
+    });
+    json!({
+        "command": command,
+        "claims": claims,
+        "figure_1": overlap.collect::<Vec<_>>(),
+        "frames": frames.collect::<Vec<_>>(),
+        "sorts": sorting::json(&all.sorted),
+    })
 }
 
 /// Every run as a line.
-pub fn csv(entries: &[Entry]) -> String {
+pub fn csv(all: &Found) -> String {
     let mut text = String::from(
         "figure,scene,width,height,size,targets,vertex_cycles,fragment_cycles,fragments,windows,submissions,printed,vertices,\
-         shaded,discarded,cycles,vertex_term,fragment_term,bytes\n",
+         shaded,discarded,cycles,vertex_term,fragment_term,bytes,sort_passes,sort_cycles\n",
     );
-    for entry in entries {
+    for entry in &all.entries {
         let (width, height) = entry.frames.screen;
         let (figure, scene) = (figure(entry.figure), csv_text(&entry.frames.scene));
         for (buffer, run) in &entry.runs {
@@ -137,10 +155,10 @@ pub fn csv(entries: &[Entry]) -> String {
             let terms = Terms::of(*buffer, run);
             text += &format!(
                 "{figure},{scene},{width},{height},{size},{targets},{vertex_cycles},{fragment_cycles},{fragments},{windows},\
-                 {submissions},{printed},{vertices},{shaded},{discarded},{cycles},{},{},{bytes}\n",
+                 {submissions},{printed},{vertices},{shaded},{discarded},{cycles},{},{},{bytes},,\n",
                 terms.vertices, terms.fragments
             );
         }
     }
-    text
+    text + &sorting::csv(&all.sorted)
 }

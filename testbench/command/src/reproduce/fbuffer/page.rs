@@ -2,9 +2,10 @@
 
 use super::claims::rates;
 use super::figures::{COLUMNS, head, row, submissions};
-use super::pictures::Picture;
+use super::pictures::{Overlap, Picture};
 use super::plan::{Buffer, Figure, SPHERES};
 use super::runs::{Entry, Run, Terms};
+use super::{Found, sorting};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
 use pellucid_testbench::html::{escaped, figure, legend, page as whole, plot};
@@ -17,7 +18,7 @@ use std::io;
 /// A plot or a picture cannot be made.
 pub fn page(
     command: &str,
-    entries: &[Entry],
+    Found { entries, sorted, overlap }: &Found,
     said: &[Claim],
     pictures: &[Picture],
 ) -> io::Result<String> {
@@ -27,6 +28,7 @@ pub fn page(
                  as many windows.";
     let mut body = claims::html(said);
     body += &tables(entries);
+    body += &figure_1(overlap)?;
     body += "<h2>Figure 2: what lies where</h2>\n<p>Fragments in the order in which they come, row by row; of those that do \
              not fit the first window is shown.</p>\n<div class=\"plots\">\n";
     for picture in pictures {
@@ -34,6 +36,7 @@ pub fn page(
     }
     body += "</div>\n";
     body += &figure_4(entries)?;
+    body += &sorts(sorted)?;
     body += &memory(entries);
     Ok(whole("The F-buffer", about, command, &body))
 }
@@ -56,6 +59,39 @@ fn tables(entries: &[Entry]) -> String {
         text += "</table>\n";
     }
     text
+}
+
+fn figure_1(overlap: &[Overlap; 2]) -> io::Result<String> {
+    let mut text = String::from(
+        "<h2>Figure 1: two triangles in two passes</h2>\n<p>A cyan one behind a yellow one, each half transparent. The first pass stores \
+         the colour, the second one takes it from there and blends.</p>\n<div class=\"plots\">\n",
+    );
+    for Overlap { store, wrong, overlapping, image } in overlap {
+        let caption = format!(
+            "store={store}: {wrong} pixels are wrong, of {overlapping} in which the triangles overlap"
+        );
+        text += &figure(image, &caption)?;
+    }
+    Ok(text + "</div>\n")
+}
+
+fn sorts(sorted: &[(sorting::Sorted, sorting::Run)]) -> io::Result<String> {
+    let mut text = String::from(
+        "<h2>Sorted transparency</h2>\n<p>A bitonic sort over the F-buffer, four compare-exchanges a cycle; the closed form of a sort \
+         of n fragments, padded to 2^k, is k (k + 1) / 2 passes of 2^k / 8 + 1 cycles, n to give them, and 2.</p>\n",
+    );
+    for sorting::Rows { head, rows } in sorting::rows(sorted) {
+        text += &format!("<h3>{}</h3>\n<table>\n{}", escaped(head), cells("th", sorting::COLUMNS));
+        for row in rows {
+            text += &cells("td", row.iter().map(String::as_str));
+        }
+        text += "</table>\n";
+    }
+    let (labels, series) = sorting::series(sorted);
+    let svg = lines(&labels, &series, ("fragments that fit", "cycles of the sort for each"), &[])?;
+    Ok(text
+        + &legend(["counted", "closed form"])
+        + &plot(&svg, "The closed form lies on what is counted."))
 }
 
 /// Frames in a thousand million cycles.

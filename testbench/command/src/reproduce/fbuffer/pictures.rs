@@ -1,9 +1,15 @@
-//! Figure 2: a triangle, and what lies where in F-buffers of several sizes once its fragments have come.
+//! Figure 1: two triangles in two passes, with an F-buffer and without one. Figure 2: a triangle, and what lies where in F-buffers of
+//! several sizes once its fragments have come.
 
 use crate::reproduce::frames::Frames;
+use crate::{finished, passes};
+use pellucid_hw::architecture;
+use pellucid_machine::architecture::settings;
 use pellucid_machine::pixel::Fragment;
 use pellucid_testbench::image::Image;
+use pellucid_testbench::progress::Progress;
 use pellucid_testbench::source::SourceError;
+use pellucid_testbench::trial::Case;
 
 /// What a place shows that has no fragment.
 const FREE: u32 = 0xd8_d8_d8;
@@ -11,8 +17,47 @@ const FREE: u32 = 0xd8_d8_d8;
 const SIZES: [u32; 4] = [64, 128, 256, 512];
 /// The side of the screen.
 const SIDE: u32 = 512;
+/// The side of Figure 1's screen.
+const OVERLAP_SIDE: u32 = 128;
 
-/// A picture of the figure.
+/// Figure 1, where passes leave what they know in one way.
+pub struct Overlap {
+    /// Where, as `store` says it.
+    pub store: &'static str,
+    /// Pixels that are not as in the exact blend.
+    pub wrong: u64,
+    /// Pixels in which the triangles overlap.
+    pub overlapping: u64,
+    /// The image.
+    pub image: Image,
+}
+
+/// Figure 1 with an F-buffer, and with one place for each pixel; nothing if a machine is at fault.
+///
+/// # Errors
+/// The scene cannot be opened.
+pub fn overlap() -> anyhow::Result<Option<[Overlap; 2]>> {
+    let frames = Frames::square("triangles", OVERLAP_SIDE);
+    let of = |store: &'static str| -> anyhow::Result<Option<Overlap>> {
+        let source = frames.open()?;
+        let with = [("program", "restore".to_string()), ("store", store.to_string())];
+        let machine = architecture("fbuffer")?.build(source.screen(), None, &settings(&with))?;
+        let mut progress = Progress::new("", None, true);
+        let case = Case::new(&frames.scene, source, &*machine, &mut progress)?;
+        let overlapping = case.reference.layers.iter().filter(|layers| **layers > 1).count() as u64;
+        let about = format!("store={store}: ");
+        let done = case.run("fbuffer", &*machine, None, &mut progress);
+        let Some(mut trial) = finished(done, &about)? else { return Ok(None) };
+        let right = passes(&trial.verdict, false, &about);
+        let wrong = trial.verdict.image.mismatched_pixels;
+        let image = trial.images.remove(0);
+        Ok(right.then_some(Overlap { store, wrong, overlapping, image }))
+    };
+    let [fbuffer, framebuffer] = [of("fbuffer")?, of("framebuffer")?];
+    Ok(fbuffer.zip(framebuffer).map(|(fbuffer, framebuffer)| [fbuffer, framebuffer]))
+}
+
+/// A picture of Figure 2.
 pub struct Picture {
     /// What it shows.
     pub caption: String,

@@ -2,7 +2,7 @@
 
 use super::plan::{Buffer, Figure, PASSES, Planned};
 use crate::reproduce::frames::Frames;
-use crate::reproduce::kept::Kept;
+use crate::reproduce::kept::{Kept, Machine};
 use pellucid_hw::architecture;
 use pellucid_machine::architecture::settings;
 use pellucid_testbench::trial::Case;
@@ -91,29 +91,47 @@ impl Terms {
 /// Frames cannot be read, or a file not be written.
 pub fn play(planned: &Planned, kept: &Kept) -> anyhow::Result<Option<Entry>> {
     let Planned { figure, frames, buffers } = planned;
-    let there: Vec<Option<Run>> =
-        buffers.iter().map(|buffer| kept.get(&buffer.machine(), frames, Run::read)).collect();
+    let machines: Vec<Machine> = buffers.iter().map(|buffer| buffer.machine()).collect();
+    let runs = play_each(frames, &machines, Run::read, kept)?;
+    Ok(runs.map(|runs| Entry {
+        figure: *figure,
+        frames: frames.clone(),
+        runs: buffers.iter().copied().zip(runs).collect(),
+    }))
+}
+
+/// The same for machines that blend alike: what `read` takes of each report.
+///
+/// # Errors
+/// As [`play`].
+pub fn play_each<R: Send>(
+    frames: &Frames,
+    machines: &[Machine],
+    read: fn(&Json) -> Option<R>,
+    kept: &Kept,
+) -> anyhow::Result<Option<Vec<R>>> {
+    let there: Vec<Option<R>> =
+        machines.iter().map(|machine| kept.get(machine, frames, read)).collect();
     let mut case = None;
     if there.iter().any(Option::is_none) {
         let source = frames.open()?;
         // Machines that run one program with as many targets blend alike, whatever the size of their buffer.
-        let machine = buffers[0].machine();
+        let machine = &machines[0];
         let arch = architecture(machine.arch)?;
         let with = settings(&machine.settings);
         let built = arch.build(source.screen(), machine.preset, &with)?;
         let mut progress = kept.progress(frames.arguments(), "golden model", None);
         case = Some(Case::new(&frames.scene, source, &*built, &mut progress)?);
     }
-    let each = buffers.par_iter().zip(there).map(|(buffer, there)| {
+    let each = machines.par_iter().zip(there).map(|(machine, there)| {
         let run = match (there, &case) {
             (None, Some(case)) => kept
-                .play(&buffer.machine(), frames, case)?
-                .map(|json| Run::read(&json).expect("a report has all that is read of it")),
+                .play(machine, frames, case)?
+                .map(|json| read(&json).expect("a report has all that is read of it")),
             (there, _) => there,
         };
         kept.done(1);
-        Ok(run.map(|run| (*buffer, run)))
+        Ok(run)
     });
-    let runs: Option<Vec<(Buffer, Run)>> = each.collect::<anyhow::Result<_>>()?;
-    Ok(runs.map(|runs| Entry { figure: *figure, frames: frames.clone(), runs }))
+    each.collect()
 }
