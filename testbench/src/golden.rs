@@ -17,13 +17,15 @@
 //! decreases), it holds none at first and has the frame played again, for as many pixels at a time as it can hold all
 //! fragments of. A single pixel is never divided: one that has more is held in whole.
 
+pub mod accumulated;
 pub mod primitive;
 
 use crate::image::Image;
+use accumulated::Accumulated;
 use pellucid_machine::arithmetic::{Layer, Shading, Unshaded};
 use pellucid_machine::census::add;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
-use pellucid_machine::{Accumulation, Arithmetic, Census};
+use pellucid_machine::{Arithmetic, Census};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -119,19 +121,6 @@ pub struct Golden {
     known: Reference,
 }
 
-/// What several frames must become.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Accumulated {
-    /// The name of how they are accumulated.
-    pub name: &'static str,
-    /// Frames of an image.
-    pub frames: u32,
-    /// The images.
-    pub image: Image,
-    /// How far a channel may be from the exact mean, in levels.
-    pub error_bound: u32,
-}
-
 /// The exact image of a frame, and what every architecture must count.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reference {
@@ -210,39 +199,6 @@ impl Reference {
             add(&mut all.stored_histogram, &frame.stored_histogram);
         }
         all
-    }
-
-    /// So many frames, which were [stacked](Reference::stacked), as the images that a machine makes of them; frames that make no
-    /// whole image are left out.
-    #[must_use]
-    pub fn accumulated(self, frames: u32, by: &Accumulation) -> Reference {
-        let Image { width, height, pixels } = &self.image;
-        let rows = height / frames;
-        let (of_frame, of_image) = ((width * rows) as usize, by.frames() as usize);
-        let images = frames / by.frames();
-        let image = || Image { width: *width, height: rows * images, pixels: vec![] };
-        let (mut exact, mut found) = (image(), image());
-        for frames in pixels.chunks_exact(of_frame * of_image) {
-            for place in 0..of_frame {
-                let channel = |shift: u32| -> Vec<u8> {
-                    let of_pixel = frames.iter().skip(place).step_by(of_frame);
-                    of_pixel.map(|colour| (colour >> shift) as u8).collect()
-                };
-                let channels = [16, 8, 0].map(channel);
-                let colour = |of: &dyn Fn(&[u8]) -> u8| {
-                    channels.iter().fold(0, |rgb, channel| rgb << 8 | u32::from(of(channel)))
-                };
-                exact.pixels.push(colour(&|channel| by.exact(channel)));
-                found.pixels.push(colour(&*by.channel));
-            }
-        }
-        let accumulated = Accumulated {
-            name: by.name,
-            frames: by.frames(),
-            image: found,
-            error_bound: by.error_bound,
-        };
-        Reference { image: exact, accumulated: Some(accumulated), ..self }
     }
 
     /// What a machine cannot change about the frame.

@@ -62,6 +62,17 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
     }
 }
 
+/// The same, where a value `@FILE` stands for what is in the file.
+///
+/// # Errors
+/// As [`parse`]; the file cannot be read, is no text, or is too long.
+pub fn given(text: &str, origin: String) -> Result<Setting, SettingsError> {
+    let setting = parse(text, origin)?;
+    let Some(path) = setting.value.strip_prefix('@') else { return Ok(setting) };
+    let value = self::text(Path::new(path))?.trim().to_string();
+    Ok(Setting { value, ..setting })
+}
+
 /// The number of the line, from 1, in which a byte of a text stands; that of the first one where there is no such byte.
 pub fn line_of(text: &str, byte: usize) -> usize {
     text.get(..byte).unwrap_or_default().matches('\n').count() + 1

@@ -42,6 +42,8 @@ pub struct Format {
     pub pixel_bits: u32,
     /// Of a channel.
     pub channel_bits: u32,
+    /// It is said whether an image ends.
+    pub closes: bool,
 }
 
 /// A pixel of a frame, or of the mean of several.
@@ -52,6 +54,7 @@ pub struct Pixel {
     #[width(cfg.pixel_bits)]
     pub pixel: u32,
     /// Its frame is the last of its image.
+    #[exists(cfg.closes)]
     pub closes: bool,
     /// Its colour.
     #[with(cfg.channel_bits)]

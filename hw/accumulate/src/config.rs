@@ -166,7 +166,7 @@ impl Config {
     }
     /// Bits of a frame's number within its image.
     pub fn frame_bits(&self) -> u32 {
-        bits_for(u64::from(self.frames() - 1))
+        if self.frames() == 1 { 0 } else { bits_for(u64::from(self.frames() - 1)) }
     }
     /// Bits of a channel below those of a level, as frames come.
     pub fn fraction_bits(&self) -> u32 {
@@ -263,6 +263,7 @@ fn tree(screen: Screen, params: &Params, inputs: &[u32], weights: &[u64]) -> tre
             output_bits: plane_bits,
             weight_bits: if plain { 0 } else { params.weight_bits },
         },
+        root: false,
         pixels: screen.pixels(),
         pixel_bits: screen.pixel_bits(),
         nodes: 1,
@@ -272,7 +273,8 @@ fn tree(screen: Screen, params: &Params, inputs: &[u32], weights: &[u64]) -> tre
     for (number, inputs_of) in inputs.iter().enumerate() {
         let level = &mut levels[number];
         level.node.inputs = *inputs_of;
-        if number + 1 == inputs.len() {
+        level.root = number + 1 == inputs.len();
+        if level.root {
             level.node.output_bits = LEVEL_BITS;
         }
         if !plain {

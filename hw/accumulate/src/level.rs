@@ -25,6 +25,8 @@ pub struct Level;
 pub struct Config {
     /// The node.
     pub node: Node,
+    /// It is the last one: nobody asks whether an image ends with its result.
+    pub root: bool,
     /// Pixels of the screen.
     pub pixels: u32,
     /// Bits of a pixel's number.
@@ -41,7 +43,12 @@ impl Config {
         self.node.inputs - 1
     }
     fn format(&self) -> Format {
-        Format { pixel_bits: self.pixel_bits, channel_bits: self.node.input_bits }
+        let (pixel_bits, channel_bits) = (self.pixel_bits, self.node.input_bits);
+        Format { pixel_bits, channel_bits, closes: true }
+    }
+    /// What goes through the node, and out of it.
+    fn given(&self) -> Format {
+        Format { closes: !self.root, ..self.format() }
     }
     /// Bits of a node's number; none where all are alike.
     fn number_bits(&self) -> u32 {
@@ -79,7 +86,7 @@ pub struct State {
     #[len(cfg.node.inputs)]
     pub edges: [u32; MOST_INPUTS],
     /// Its last input, while the others are read.
-    #[with(cfg.format())]
+    #[with(cfg.given())]
     pub stage: Stream<Pixel>,
 }
 
@@ -97,7 +104,7 @@ pub struct Moore {
     /// The next input is a node's last.
     pub full: bool,
     /// A pixel of a node's result.
-    #[with(cfg.format())]
+    #[with(cfg.given())]
     pub result: Stream<Pixel>,
 }
 
@@ -171,7 +178,8 @@ impl Block for Level {
                 }
             }
             if merges {
-                d.stage = i.value;
+                let closes = closes && !cfg.root;
+                d.stage.payload = Pixel { pixel, closes, colour };
             }
             if cfg.node.weighted() {
                 d.merged = q.filled;

@@ -41,7 +41,7 @@ pub struct Config {
 impl Config {
     /// The pixels that come, and those of the image.
     pub fn format(&self) -> Format {
-        Format { pixel_bits: self.screen.pixel_bits(), channel_bits: 8 }
+        Format { pixel_bits: self.screen.pixel_bits(), channel_bits: 8, closes: true }
     }
     /// 1 / `divisor`, rounded up: a number of up to 20 bits times this is that number divided, rounded down, for divisors up to
     /// 2048, since 2^20 * 2048 is less than 2^`RECIPROCAL_BITS`.

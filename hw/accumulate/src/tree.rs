@@ -56,7 +56,7 @@ impl Config {
     }
     /// Pixels between levels, and of the image.
     pub fn format(&self) -> Format {
-        Format { pixel_bits: self.screen.pixel_bits(), channel_bits: self.plane_bits }
+        Format { pixel_bits: self.screen.pixel_bits(), channel_bits: self.plane_bits, closes: true }
     }
     fn sweep(&self) -> SweepConfig {
         let exists = self.has_top();

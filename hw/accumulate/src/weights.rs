@@ -50,7 +50,7 @@ impl ParamType for Weights {
     }
 
     fn expected((): &()) -> String {
-        "`none`, `box`, `triangle`, `gaussian`, or a number from 0 to 1 for each frame, as in `0.25,0.5,0.25`"
+        "`none`, `box`, `triangle`, `gaussian`, or a number from 0 to 1 for each frame, as in `0.1,0.4,0.4,0.1`"
             .to_string()
     }
 

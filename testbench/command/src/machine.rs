@@ -30,7 +30,7 @@ pub(super) struct MachineArgs {
     #[arg(long, value_name = "FILE.toml")]
     energy: Option<String>,
     /// A parameter of the architecture, or of the memory outside; goes over the file's; may be given several times, the last
-    /// value of a parameter counts
+    /// value of a parameter counts. `NAME=@FILE` takes what is in the file
     #[arg(short, long = "param", value_name = "NAME=VALUE")]
     param: Vec<String>,
 }
@@ -175,7 +175,7 @@ impl MachineArgs {
             origin: format!("--energy {file}"),
         }));
         for text in &self.param {
-            parameters.push(settings::parse(text, format!("-p {text}"))?);
+            parameters.push(settings::given(text, format!("-p {text}"))?);
         }
         Ok(Given { arch, preset, parameters })
     }
@@ -302,7 +302,15 @@ impl Choice {
             );
         }
         let preset = preset.unwrap_or_else(|| (arch.presets)().first().map_or("", |p| p.0));
-        let settings = parts.map(|part| settings::parse(part, origin.clone()));
+        // What has no name goes on with the value before it.
+        let mut texts: Vec<String> = vec![];
+        for part in parts {
+            match texts.last_mut().filter(|_| !part.contains('=')) {
+                Some(text) => *text += &format!(",{part}"),
+                None => texts.push(part.to_string()),
+            }
+        }
+        let settings = texts.iter().map(|text| settings::given(text, origin.clone()));
         let settings = settings.collect::<Result<_, _>>()?;
         Ok(Choice { origin, ..Choice::new(arch, preset, settings) })
     }

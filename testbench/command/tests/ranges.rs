@@ -45,6 +45,12 @@ fn beside(arch: &str, name: &str, end: &str) -> &'static [&'static str] {
         ("ppll", "most_pages", "1") => &["pages=1", "page=64"],
         ("composer", "engines", _) => &[],
         ("composer", ..) => &["engines=2"],
+        ("accumulate", "frames", _) => &["branching=4"],
+        ("accumulate", "sum_bits", "8") => &["method=buffer"],
+        ("accumulate", "sum_bits", _) => &["method=buffer", "frames=3"],
+        ("accumulate", "weight_bits", _) => &["frames=3", "weights=gaussian"],
+        ("accumulate", "branching", _) => &["frames=8"],
+        ("accumulate", ..) => &["frames=4"],
         _ => &[],
     }
 }

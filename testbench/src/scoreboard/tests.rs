@@ -1,7 +1,7 @@
 use super::*;
 use crate::golden::Golden;
-use pellucid_machine::Fragments;
 use pellucid_machine::pixel::{Fragment, Screen, rgba};
+use pellucid_machine::{Accumulation, Fragments};
 use pellucid_mbuffer::golden::WEIGHTED_SUM;
 use pellucid_sim::Label;
 
@@ -79,6 +79,49 @@ fn a_fault_is_told_with_its_frame() {
         ["1 pixels differ from the golden model, by 1 at most, the first at x=1 y=0 of frame 2"]
     );
     assert_eq!(wrong.place(), Some(Window::Pixel { x: 1, y: 0 }));
+}
+
+/// Four frames as two images, of which what is found is the first frame of each.
+#[test]
+fn accumulated_images_are_held_to_their_own_and_to_the_mean() {
+    let dark = Golden::new(SCREEN).of(&[]).unwrap();
+    let frames = [&dark, &reference(), &reference(), &dark].map(Clone::clone);
+    let by = |error_bound| {
+        let weights = vec![1, 1];
+        Accumulation { name: "first one", weights, channel: Box::new(|of| of[0]), error_bound }
+    };
+    let fragments = Fragments { arrived: 6, stored: 6, blended: 6, ..Fragments::default() };
+    let tally = Tally { fragments, ..Tally::default() };
+    let judged = |image: &Image, error_bound| {
+        let made = Reference::stacked(&frames).accumulated(4, &by(error_bound));
+        Verdict::new(&made, Arithmetic::BLEND, image, &tally, vec![]).of_frames(4)
+    };
+    let right = Image::stacked([&dark.image, &frames[1].image]);
+    // Half of 100 is lost or won, and of the first image half a level, which is rounded up.
+    assert_eq!(
+        judged(&right, 50).approval().unwrap(),
+        "Each of the 2 images equals the golden model of its first one, bit for bit, and every count its closed \
+         form. 3 pixels differ from the exact mean, by 50 of 255 at most; its arithmetic allows 50."
+    );
+    assert_eq!(judged(&right, 50).error_bound, 50);
+    let beyond = judged(&right, 49);
+    assert_eq!(
+        beyond.faults(),
+        [
+            "2 pixels are farther from the exact mean than the first one allows, by 50 at most, the first at x=0 y=1 of image 0"
+        ]
+    );
+    let mut wrong = right.clone();
+    wrong.pixels[6 + AT] ^= 1;
+    let verdict = judged(&wrong, 50);
+    assert!(!verdict.is_right());
+    assert_eq!(
+        verdict.faults(),
+        [
+            "1 pixels differ from the golden model of the first one, by 1 at most, the first at x=1 y=0 of image 1"
+        ]
+    );
+    assert_eq!(verdict.place(), Some(Window::Pixel { x: 1, y: 0 }));
 }
 
 #[test]

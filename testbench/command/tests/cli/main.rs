@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
+mod accumulate;
 mod area;
 mod bad_input;
 mod check;

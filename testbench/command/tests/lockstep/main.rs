@@ -355,3 +355,21 @@ fn a_fault_in_the_text_of_the_fbuffer_is_seen() {
         ],
     );
 }
+
+#[test]
+fn a_fault_in_the_text_of_the_accumulation_is_seen() {
+    let arch = first("accumulate").0;
+    let levels = (arch, &[("frames", "8"), ("branching", "2,4")][..]);
+    faults_are_seen(
+        levels,
+        &[
+            ("accumulator.v", "frame_q + ", "frame_q - "),
+            ("level_levels_0.v", "planes_0_data[7:0]} + ", "planes_0_data[7:0]} - "),
+            ("level_levels_1.v", "filled_q + ", "filled_q - "),
+        ],
+    );
+    let nodes = (arch, &[("frames", "4"), ("schedule", "nodes")][..]);
+    faults_are_seen(nodes, &[("tree.v", "sweep_payload_pixel_q + ", "sweep_payload_pixel_q - ")]);
+    let buffer = (arch, &[("frames", "2"), ("method", "buffer")][..]);
+    faults_are_seen(buffer, &[("sums.v", "below_r} + ", "below_r} - ")]);
+}
