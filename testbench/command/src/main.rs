@@ -152,13 +152,13 @@ struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// Opens a scene for one frame; of a trace with several it is the first.
+    /// Opens a scene for one frame, which is repeated where one image is made of several; of a trace with several it is the first.
     fn open_one(&self, scene: &str) -> Result<Source, SourceError> {
         let source = self.open(scene, None)?;
         if let Some(frames @ 2..) = source.recorded() {
             tell(&format!("note: {scene}: of its {frames} frames the first is taken"));
         }
-        Ok(source)
+        Ok(source.repeated())
     }
 
     /// Opens a scene at the first frame of a sequence, if it is for one.

@@ -301,3 +301,34 @@ fn scenes_vary_in_the_ways_that_they_have() {
         refused(folder.path(), &[&["run", "--frames", "2"], &args[..]].concat(), message);
     }
 }
+
+/// Without a word on how frames differ each is the first: the tree then gives that one, as a machine of one frame has it.
+#[test]
+fn frames_that_make_one_image_are_repeated_unless_they_differ() {
+    let folder = folder();
+    let image = |out: &str, args: &[&str]| {
+        exact(run(folder.path(), &[&["--no-wave", "--quiet", "--out", out], args].concat()));
+        fs::read(folder.path().join(out).join("image.png")).unwrap()
+    };
+    let four = ["--arch", "accumulate", "--frames", "4"];
+    for scene in ["glass", "smoke"] {
+        let scene = ["--scene", scene];
+        let one = image("one", &scene);
+        assert!(image("four", &[&four[..], &scene].concat()) == one);
+        let by_parameter = ["--arch", "accumulate", "-p", "frames=4"];
+        assert!(image("four", &[&by_parameter[..], &scene].concat()) == one);
+        let varied = image("varied", &[&four[..], &scene, &["--vary", "aa"]].concat());
+        assert!(varied != one);
+        let args = [&by_parameter[..], &scene, &["--vary", "aa"]].concat();
+        assert!(image("varied", &args) == varied);
+        // Recorded, they are what they were.
+        let record = ["trace", "--quiet", "--out", "t.ptrace", "--frames", "4", "--vary", "aa"];
+        exact(pellucid(folder.path(), &[&record[..], &SMALL, &scene].concat()));
+        let args = ["run", "--no-wave", "--quiet", "--out", "recorded", "--scene", "t.ptrace"];
+        exact(pellucid(folder.path(), &[&args[..], &["--arch", "accumulate"]].concat()));
+        let recorded = fs::read(folder.path().join("recorded/image.png")).unwrap();
+        assert!(recorded == varied);
+    }
+    let args = ["compare", "--quiet", "--machine", "tbuffer", "--machine", "accumulate,frames=4"];
+    exact(pellucid(folder.path(), &[&args[..], &SMALL].concat()));
+}
