@@ -62,6 +62,12 @@ pub fn figure(image: &Image, caption: &str) -> io::Result<String> {
     ))
 }
 
+/// A row of a table of numbers, whose cells are of this tag, `th` or `td`.
+pub fn cells<'a>(tag: &str, cells: impl IntoIterator<Item = &'a str>) -> String {
+    let cell = |text| format!("<{tag} class=\"number\">{}</{tag}>", escaped(text));
+    format!("<tr>{}</tr>\n", cells.into_iter().map(cell).collect::<String>())
+}
+
 /// A plot with a caption.
 pub fn plot(svg: &str, caption: &str) -> String {
     format!("<figure>\n{svg}<figcaption>{}</figcaption>\n</figure>\n", escaped(caption))

@@ -1,5 +1,6 @@
 //! `pellucid reproduce`: a seed document's comparison, made again.
 
+mod accumulation;
 mod claims;
 mod composer;
 mod dfb;
@@ -44,20 +45,22 @@ enum What {
     Dfb,
     /// Windows, submissions and cycles of shading in several passes, by the F-buffer paper
     Fbuffer,
+    /// Cycles, planes and errors of accumulation by a buffer, by blending and by trees, by the paper on accumulation trees
+    Accumulation,
 }
 
 #[derive(Args)]
 pub(super) struct ReproduceArgs {
     /// Which comparison
     what: What,
-    /// The paper's sizes instead of small ones: takes hours; what is stopped goes on where it was (dfb, fbuffer)
+    /// The paper's sizes instead of small ones: takes hours; what is stopped goes on where it was (dfb, fbuffer, accumulation)
     #[arg(long)]
     full: bool,
     /// A mesh (.obj, .ply, .ply.gz, .gltf, .glb) or scene for the figures that show one model (dfb) [default: `teapot`; for the
     /// walks of --full `plant`]
     #[arg(long, value_name = "NAME|FILE")]
     scene: Option<String>,
-    /// The folder for pages, figures and runs (dfb, fbuffer) [default: pellucid-reproduce]
+    /// The folder for pages, figures and runs (dfb, fbuffer, accumulation) [default: pellucid-reproduce]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print as JSON
@@ -82,11 +85,11 @@ fn number(n: u64) -> String {
 
 /// Reproduces; whether all comes out.
 pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
-    let leaves_files = matches!(args.what, What::Dfb | What::Fbuffer);
+    let leaves_files = matches!(args.what, What::Dfb | What::Fbuffer | What::Accumulation);
     if !leaves_files && (args.full || args.out.is_some()) {
         let option = if args.full { "--full" } else { "--out" };
         bail!(
-            "{option}: is for `reproduce dfb` and `reproduce fbuffer`; the others have one size and leave no files"
+            "{option}: is for `reproduce dfb`, `reproduce fbuffer` and `reproduce accumulation`; the others have one size and leave no files"
         );
     }
     if args.scene.is_some() && !matches!(args.what, What::Dfb) {
@@ -95,6 +98,7 @@ pub(super) fn reproduce(args: &ReproduceArgs) -> anyhow::Result<bool> {
     match args.what {
         What::Dfb => dfb::reproduce(args),
         What::Fbuffer => fbuffer::reproduce(args),
+        What::Accumulation => accumulation::reproduce(args),
         What::Tbuffer => tbuffer(args),
         What::Composer => composer(args),
     }

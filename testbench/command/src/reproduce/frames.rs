@@ -1,10 +1,10 @@
 //! What is played: frames of a scene on a screen.
 
 use crate::quoted;
-use pellucid_testbench::scene::{Camera, Options, Sequence, Walk};
+use pellucid_testbench::scene::{Camera, Options, Sequence, Varied, Walk};
 use pellucid_testbench::source::Source;
 
-/// A frame, or a walk of several.
+/// A frame, or a sequence of several.
 #[derive(Clone, Debug)]
 pub struct Frames {
     /// A built-in scene, or a mesh.
@@ -15,8 +15,8 @@ pub struct Frames {
     pub instances: Option<u32>,
     /// Where it is seen from; nothing for the scene's own view.
     pub camera: Option<Camera>,
-    /// The way of the camera.
-    pub walk: Option<Walk>,
+    /// How several frames differ.
+    pub sequence: Option<Sequence>,
 }
 
 impl Frames {
@@ -27,7 +27,15 @@ impl Frames {
             screen: (side, side),
             instances: None,
             camera: None,
-            walk: None,
+            sequence: None,
+        }
+    }
+
+    /// The way of the camera, if it goes one.
+    pub fn walk(&self) -> Option<Walk> {
+        match self.sequence? {
+            Sequence::Walk(walk) => Some(walk),
+            Sequence::Varied(_) => None,
         }
     }
 
@@ -42,8 +50,14 @@ impl Frames {
         if let Some(camera) = self.camera {
             words += &format!(" --camera {}", quoted(&camera.to_string()));
         }
-        if let Some(Walk { path, frames }) = self.walk {
-            words += &format!(" --path {path} --frames {frames}");
+        match self.sequence {
+            Some(Sequence::Walk(Walk { path, frames })) => {
+                words += &format!(" --path {path} --frames {frames}");
+            }
+            Some(Sequence::Varied(Varied { vary, frames })) => {
+                words += &format!(" --vary {vary} --frames {frames}");
+            }
+            None => {}
         }
         words
     }
@@ -60,7 +74,7 @@ impl Frames {
 
     /// How many frames there are.
     pub fn count(&self) -> u32 {
-        self.walk.map_or(1, |walk| walk.frames)
+        self.sequence.map_or(1, Sequence::frames)
     }
 
     /// Opens the scene.
@@ -69,9 +83,8 @@ impl Frames {
     /// It cannot be read.
     pub fn open(&self) -> anyhow::Result<Source> {
         let (width, height) = self.screen;
-        let Frames { instances, camera, walk, .. } = *self;
+        let Frames { instances, camera, sequence, .. } = *self;
         let (width, height) = (Some(width), Some(height));
-        let sequence = walk.map(Sequence::Walk);
         let options = Options { width, height, instances, camera, sequence, ..Options::default() };
         Ok(Source::open(&self.scene, &options)?)
     }

@@ -69,7 +69,10 @@ fn an_unknown_comparison_is_refused() {
     let output = pellucid(folder.path(), &["reproduce", "paper"]);
     let said = stderr(&output);
     assert!(said.starts_with("error: invalid value 'paper' for '<WHAT>'\n"), "{said}");
-    assert!(said.contains("[possible values: tbuffer, composer, dfb, fbuffer]"), "{said}");
+    assert!(
+        said.contains("[possible values: tbuffer, composer, dfb, fbuffer, accumulation]"),
+        "{said}"
+    );
     assert_eq!(output.status.code(), Some(2));
 }
 
@@ -216,7 +219,8 @@ fn what_is_asked_of_another_comparison_is_refused() {
     };
     assert_eq!(
         said(&["tbuffer", "--full"]),
-        "error: --full: is for `reproduce dfb` and `reproduce fbuffer`; the others have one size and leave no files\n"
+        "error: --full: is for `reproduce dfb`, `reproduce fbuffer` and `reproduce accumulation`; the others have one size and \
+         leave no files\n"
     );
     assert_eq!(
         said(&["fbuffer", "--scene", "glass"]),
@@ -295,4 +299,62 @@ fn the_f_buffers_counts_come_out() {
         not,
         ["Time is the larger of what vertices and what fragments take: within a tenth"]
     );
+}
+
+/// Passes, planes and bounds as the paper has them, from N and the inputs of a node.
+#[test]
+fn the_accumulation_trees_figures_come_out() {
+    let folder = folder();
+    let output =
+        exact(pellucid(folder.path(), &["reproduce", "accumulation", "--json", "--quiet"]));
+    let json: Value = serde_json::from_str(stdout(&output)).unwrap();
+    let number = |value: &Value| value.as_u64().unwrap();
+    let mut table = vec![];
+    for frames in json["frames"].as_array().unwrap() {
+        let n = number(&frames["frames"]);
+        let run = |name: &str| {
+            let runs = frames["runs"].as_array().unwrap();
+            runs.iter().find(|run| run["method"] == name).cloned()
+        };
+        for (name, inputs) in [("tree 2", 2u64), ("tree 4", 4)] {
+            let levels = u64::from(n.ilog(inputs));
+            let Some(run) = run(name) else {
+                assert!(
+                    inputs == 4 && (4u64.pow(n.ilog(4)) != n || frames["figure"] == "Figure 3")
+                );
+                continue;
+            };
+            assert_eq!(number(&run["passes"]["counted"]), n + (n - 1) / (inputs - 1));
+            assert_eq!(number(&run["planes"]["counted"]), (inputs - 1) * levels + 1);
+            let lost = if inputs == 2 { 0.5 } else { 0.75 } * levels as f64;
+            assert!(number(&run["error"]["counted"]) as f64 <= lost + 0.5, "{name}, {n}");
+            assert_eq!(number(&run["error"]["bound"]), (lost + 0.5) as u64, "{name}, {n}");
+        }
+        if frames["figure"] == "Table 1" {
+            table.push(n);
+            // A sweep for each pass, and what is drawn before the first.
+            let cycles = |name: &str| number(&run(name).unwrap()["cycles"]);
+            let pixels = number(&frames["width"]) * number(&frames["height"]);
+            assert!(cycles("tree 2") >= (2 * n - 1) * pixels && cycles("blend") >= n * pixels);
+        } else {
+            // Of 255 so much is left of equal frames; the background is the brightest that all of its channels are.
+            let black = run("blend").unwrap();
+            let background = 0xf4;
+            assert!(number(&black["error"]["counted"]) >= background - n * (background / n));
+            assert_eq!(number(&run("buffer").unwrap()["error"]["counted"]), 0);
+        }
+    }
+    assert_eq!(table, [2, 4, 8, 16, 32, 64, 128, 256, 512, 1024]);
+    let holds = |what: &str| {
+        let claims = json["claims"].as_array().unwrap();
+        claims.iter().find(|c| c["claim"].as_str().unwrap().contains(what)).unwrap()["holds"]
+            .clone()
+    };
+    for claim in ["2 N", "textures", "more inputs are faster", "0.5 log2 N", "come out black"] {
+        assert_eq!(holds(claim), true, "{claim}");
+    }
+    assert_eq!(holds("100 times"), false);
+    let page = fs::read(folder.path().join("pellucid-reproduce/accumulation.html")).unwrap();
+    // Figure 3 by three methods, a plot of cycles and two of errors.
+    assert_eq!((elements(&page, "img"), elements(&page, "svg")), (9, 3));
 }

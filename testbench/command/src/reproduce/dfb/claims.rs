@@ -152,7 +152,7 @@ fn fastest_walks(entries: &[Entry], dfb: Contender) -> Verdict {
 
 /// For each walk with a rebuild: a fragment costs more in frames that were rebuilt than in those that were not.
 fn peaks(entries: &[Entry], list: Contender) -> Verdict {
-    let walks = with(entries, list).filter(|(entry, _)| entry.frames.walk.is_some());
+    let walks = with(entries, list).filter(|(entry, _)| entry.frames.walk().is_some());
     Verdict::of(walks.filter_map(|(_, run)| {
         let (again, once): (Vec<_>, Vec<_>) = run.frames.iter().partition(|frame| frame.plays > 1);
         let cost = |frames: &[&Played]| {

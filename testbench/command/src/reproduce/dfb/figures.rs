@@ -188,7 +188,7 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
             "width": width,
             "height": height,
             "instances": entry.frames.instances,
-            "path": entry.frames.walk.map(|walk| walk.path.to_string()),
+            "path": entry.frames.walk().map(|walk| walk.path.to_string()),
             "frames": entry.frames.count(),
             "need": entry.need.json(),
             "machines": machines,

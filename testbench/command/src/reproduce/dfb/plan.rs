@@ -4,7 +4,7 @@ use super::contender::{
     B3D, Contender, DFB, DFB_BANDS, DFB_PAPER, DX, PLL, PLL_ENOUGH, PPLL4, PPLL4_ENOUGH, RIVALS,
 };
 use crate::reproduce::frames::Frames;
-use pellucid_testbench::scene::{CameraPath, Walk};
+use pellucid_testbench::scene::{CameraPath, Sequence, Walk};
 
 /// What frames are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +71,11 @@ pub const FULL: Sizes = Sizes {
     tour: 24,
 };
 
+/// A walk of so many frames.
+fn walk(path: CameraPath, frames: u32) -> Option<Sequence> {
+    Some(Sequence::Walk(Walk { path, frames }))
+}
+
 /// Everything, with the mesh in Table I and Figure 7 if one is given.
 pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<Planned> {
     let frames = Frames::square;
@@ -99,14 +104,14 @@ pub fn plan(sizes: &Sizes, mesh: Option<&str>) -> Vec<Planned> {
     }
     for number in NUMBERS {
         for side in sizes.sides {
-            let walk = Some(Walk { path: CameraPath::Orbit, frames: sizes.walk });
+            let sequence = walk(CameraPath::Orbit, sizes.walk);
             let one = frames(mesh.unwrap_or(sizes.model), side);
-            let several = Frames { instances: Some(number), walk, ..one };
+            let several = Frames { instances: Some(number), sequence, ..one };
             all.push(planned(Figure::Walk(number), several, &RIVALS));
         }
     }
-    let walk = Some(Walk { path: CameraPath::Ellipse, frames: sizes.tour });
-    let tour = Frames { screen: sizes.tour_screen, walk, ..frames("plant", 0) };
+    let sequence = walk(CameraPath::Ellipse, sizes.tour);
+    let tour = Frames { screen: sizes.tour_screen, sequence, ..frames("plant", 0) };
     all.push(planned(Figure::Tour, tour, &RIVALS));
     all
 }

@@ -8,7 +8,7 @@ use super::runs::{Entry, Run, Terms};
 use super::{Found, sorting};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
-use pellucid_testbench::html::{escaped, figure, legend, page as whole, plot};
+use pellucid_testbench::html::{cells, escaped, figure, legend, page as whole, plot};
 use pellucid_testbench::plots::lines;
 use std::io;
 
@@ -39,11 +39,6 @@ pub fn page(
     body += &sorts(sorted)?;
     body += &memory(entries);
     Ok(whole("The F-buffer", about, command, &body))
-}
-
-fn cells<'a>(tag: &str, cells: impl IntoIterator<Item = &'a str>) -> String {
-    let cell = |text| format!("<{tag} class=\"number\">{}</{tag}>", escaped(text));
-    format!("<tr>{}</tr>\n", cells.into_iter().map(cell).collect::<String>())
 }
 
 fn tables(entries: &[Entry]) -> String {

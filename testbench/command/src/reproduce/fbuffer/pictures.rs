@@ -79,7 +79,7 @@ pub fn pictures() -> anyhow::Result<Vec<Picture>> {
         screen: (SIDE, SIDE),
         instances: None,
         camera: None,
-        walk: None,
+        sequence: None,
     };
     let mut fragments: Vec<Fragment> = vec![];
     frames.open()?.play_fragments(&mut |fragment| {

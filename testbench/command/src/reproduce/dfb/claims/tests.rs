@@ -3,7 +3,7 @@
 use super::super::runs::Outcome;
 use super::*;
 use crate::reproduce::frames::Frames;
-use pellucid_testbench::scene::{CameraPath, Walk};
+use pellucid_testbench::scene::{CameraPath, Sequence, Walk};
 use serde_json::{Value as Json, json};
 
 /// Frames that need this much, on a screen of 100 pixels.
@@ -12,13 +12,13 @@ fn entry(figure: Figure, need: Need, runs: &[(Contender, Json)]) -> Entry {
         Json::Null => Outcome::Lacks("room"),
         json => Outcome::Run(Run::read(json).unwrap()),
     });
-    let walk = Walk { path: CameraPath::Orbit, frames: 2 };
+    let walk = Sequence::Walk(Walk { path: CameraPath::Orbit, frames: 2 });
     let frames = Frames {
         scene: "a scene".to_string(),
         screen: (10, 10),
         instances: None,
         camera: None,
-        walk: matches!(figure, Figure::Walk(_) | Figure::Tour).then_some(walk),
+        sequence: matches!(figure, Figure::Walk(_) | Figure::Tour).then_some(walk),
     };
     let contenders = runs.iter().map(|(machine, _)| *machine).collect();
     Entry { figure, frames, need, contenders, outcomes: outcomes.collect() }
