@@ -343,40 +343,6 @@ fn shares_are_the_whole() {
     }
 }
 
-/// GNU parallel as any scheduler: its jobs share a folder.
-#[test]
-fn gnu_parallel_runs_a_study() {
-    if !have(&["parallel"]) {
-        return;
-    }
-    let folder = folder();
-    write(folder.path(), STUDY);
-    let output = Command::new("parallel")
-        .args(["--will-cite", "--joblog", "jobs", env!("CARGO_BIN_EXE_pellucid")])
-        .args([
-            "run-point",
-            "study.toml",
-            "--points",
-            "shared",
-            "--share",
-            "{}/4",
-            ":::",
-            "1",
-            "2",
-            "3",
-            "4",
-        ])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    let jobs = fs::read_to_string(folder.path().join("jobs")).unwrap();
-    assert_eq!(jobs.lines().count(), 5, "{jobs}");
-    let args = ["explore", "study.toml", "--points", "shared"];
-    let all = exact(pellucid(folder.path(), &args));
-    assert!(stdout(&all).contains(" 0 points were run, "), "{}", stdout(&all));
-}
-
 /// A search by NSGA-II finds the best of a space that is small enough to be looked through.
 #[test]
 fn a_genetic_search_finds_the_front() {

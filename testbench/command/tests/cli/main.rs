@@ -12,6 +12,7 @@ mod accumulate;
 mod area;
 mod bad_input;
 mod check;
+mod cluster;
 mod compare;
 mod composer;
 mod energy;
