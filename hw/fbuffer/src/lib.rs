@@ -213,7 +213,7 @@ pub struct Events {
     pub submitted: bool,
     /// A fragment goes on to be shaded.
     pub shaded: bool,
-    /// A fragment is discarded, outside of the window.
+    /// A fragment is discarded: outside of the window, or dropped before.
     pub discarded: bool,
     /// An opaque fragment was drawn.
     pub drawn: bool,

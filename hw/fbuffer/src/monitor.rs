@@ -29,7 +29,7 @@ pellucid_sim::counters! {
         shaded: "fragments",
         /// Fragments that did not go through a pass since one before had killed them (kill=compact).
         spared: "fragments",
-        /// Fragments that were discarded before a pass, outside of its window.
+        /// Fragments that were discarded before a pass: outside of its window, or killed before and dropped.
         discarded: "fragments",
         /// First passes of batches that did not fit.
         wasted_passes: "passes",

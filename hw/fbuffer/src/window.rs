@@ -177,7 +177,7 @@ pub struct Out {
     pub read: Stream<u32>,
     /// It goes on to be shaded.
     pub shaded: bool,
-    /// It is outside of the window.
+    /// It is outside of the window, or was dropped before.
     pub discarded: bool,
 }
 
