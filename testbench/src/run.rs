@@ -62,9 +62,7 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
                 progress.turn_to("simulating");
             }
             let mut plays = 0;
-            for number in 0..frames {
-                let later = if number > 0 { source.later(number)? } else { None };
-                let source = later.as_ref().unwrap_or(source);
+            source.each_frame::<BenchError>(frames, &mut |_, source| {
                 // The items of all frames are as many as was said; those that are asked for again come on top.
                 if plays > 1 {
                     progress.turn_to("simulating");
@@ -80,8 +78,8 @@ pub fn run(model: &dyn Model, job: Job) -> Result<Outcome, BenchError> {
                         bench.send(item)?;
                         within(bench)
                     })
-                })?;
-            }
+                })
+            })?;
             progress.turn_to("resolving");
             bench.wait_for((frames / model.frames_of_image()) as usize, |bench, cycles| {
                 progress.steps(cycles);
