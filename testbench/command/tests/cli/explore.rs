@@ -1,6 +1,5 @@
 //! `explore`: studies.
 
-use super::tools::have;
 use super::*;
 use serde_json::json;
 use std::path::PathBuf;
@@ -264,6 +263,18 @@ fn what_is_wrong_with_a_study_is_said_with_its_line() {
             "`study.toml`, line 7: expected `designs`, how many are looked at",
         ),
         (&format!("{scene}{scene}{machine}"), "`study.toml`, line 5: the scene is given twice"),
+        (
+            &format!("{scene}path = \"orbit\"\nvary = \"aa\"\n{machine}"),
+            "`study.toml`, line 1: path `orbit` and vary `aa` exclude each other",
+        ),
+        (
+            &format!("{scene}vary = \"blur\"\n{machine}"),
+            "`study.toml`, line 5: `scene.vary` is `blur`: `blur` does not vary a scene",
+        ),
+        (
+            &format!("[[scene]]\nscene = \"smoke\"\nframes = 2\n{machine}"),
+            "`study.toml`, line 1: `smoke` is one frame alone, 2 are asked for",
+        ),
     ] {
         write(folder.path(), study);
         let output = explore(folder.path(), &[]);
