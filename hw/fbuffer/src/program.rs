@@ -123,8 +123,6 @@ pub struct Program {
     pub count: u32,
     /// It may kill a fragment.
     pub kills: bool,
-    /// Of each temporary register, bit `k`: what it holds behind instruction `k` is read by a later one, in some pass.
-    pub read_behind: [u32; TEMPORARIES as usize],
 }
 
 const NOTHING: Instruction = {
@@ -160,20 +158,6 @@ fn instruction(op: Op, to: Operand, a: Operand, b: Operand) -> Instruction {
     Instruction { op, to, a, b, ..NOTHING }
 }
 
-impl Instruction {
-    /// Whether it sets a register.
-    fn sets(&self, register: u32) -> bool {
-        self.op != Op::Kill && self.to == register
-    }
-
-    /// Whether it needs what a register holds.
-    fn reads(&self, register: u32) -> bool {
-        let selects = self.op == Op::Select;
-        let operand = |operand| operand == Operand::Register(register);
-        operand(self.a) || operand(self.b) || (selects && (operand(self.c) || self.to == register))
-    }
-}
-
 impl Pass {
     fn of(of: &[Instruction]) -> Pass {
         let mut instructions = [NOTHING; MOST_INSTRUCTIONS];
@@ -191,20 +175,8 @@ impl Program {
     fn of(of: &[Pass]) -> Program {
         let mut passes = [Pass::of(&[]); MOST_PASSES];
         passes[..of.len()].copy_from_slice(of);
-        let is_read = |register: u32, behind: usize| {
-            of.iter().any(|pass| {
-                let mut later = pass.list().iter().skip(behind + 1);
-                later
-                    .find(|i| i.reads(register) || i.sets(register))
-                    .is_some_and(|i| i.reads(register))
-            })
-        };
-        let read_behind = [0, 1].map(|register| {
-            let stages = (0..MOST_INSTRUCTIONS).filter(|stage| is_read(register, *stage));
-            stages.fold(0, |bits, stage| bits | 1 << stage)
-        });
         let kills = of.iter().flat_map(Pass::list).any(|i| i.op == Op::Kill);
-        Program { passes, count: of.len() as u32, kills, read_behind }
+        Program { passes, count: of.len() as u32, kills }
     }
 
     /// The program of that kind, for so many targets; a random one is drawn from `seed`.

@@ -8,7 +8,7 @@
 //!               +--------+
 //! ```
 //! A fragment a cycle; as many cycles from input to output as the longest pass has instructions, one in each stage. Registers
-//! travel with their fragment, a temporary one as far as it is read. All of it stands while `advance` is low. An opaque fragment goes through
+//! travel with their fragment. All of it stands while `advance` is low. An opaque fragment goes through
 //! as it is. One that is killed goes through, too: whoever takes what leaves sees to it that it goes no further.
 
 use crate::program::{
@@ -64,11 +64,6 @@ impl Config {
     #[inline]
     pub fn tells(&self) -> bool {
         self.program.kills && !self.window.compacts
-    }
-    /// Whether what a temporary register holds goes on from a stage: a later one reads it.
-    #[inline]
-    fn goes_on(&self, temporary: u32, stage: u32) -> bool {
-        self.program.read_behind[temporary as usize] >> stage & 1 == 1
     }
     /// The greatest number of a register.
     #[inline]
@@ -276,13 +271,6 @@ impl Block for Shader {
                             } else if i.pass == pass {
                                 after.registers[of.to as usize] = result(cfg, &of, running);
                             }
-                        }
-                    }
-                    // Where none is read any more there is none: it never changes.
-                    let held = q.stages[k as usize].payload.item.registers;
-                    for temporary in 0..TEMPORARIES {
-                        if !cfg.goes_on(temporary, k) {
-                            after.registers[temporary as usize] = held[temporary as usize];
                         }
                     }
                     d.stages[k as usize].payload = Marked { end: before.payload.end, item: after };

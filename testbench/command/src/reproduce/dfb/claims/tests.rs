@@ -39,7 +39,8 @@ fn run(frames: &[(u64, u64, u64)]) -> Json {
     let each: Vec<Json> = each.collect();
     json!({
         "command": "", "faults": [], "cycles": cycles(total, scan), "accesses": { "seed": 0, "full": 0 },
-        "storage": { "seed_bytes_used": 0 }, "frames": each
+        "storage": { "seed_bytes_used": 0 }, "energy": { "reads": 1, "writes": 2, "leakage": 3 }, "area": { "memories": 4 },
+        "frames": each
     })
 }
 
