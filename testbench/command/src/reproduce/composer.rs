@@ -5,6 +5,7 @@
 //! scan-line engine, T_out that of the last line's way to the global frame buffer. An engine has what is left of the
 //! frame interval.
 
+use super::price::Price;
 use comfy_table::{Table, presets};
 use pellucid_testbench::report::{align_right, at_margin, grouped};
 use pellucid_testbench::trial::Trial;
@@ -153,13 +154,17 @@ pub struct Timing {
     pub setting: Setting,
     /// Clocks of merging, until the first line, and of the last line's way.
     pub counted: [u64; 3],
+    /// What its frame costs.
+    pub price: Price,
 }
 
 impl Timing {
     /// What a machine counted in that case.
     pub fn new(setting: Setting, trial: &Trial) -> Timing {
         let tally = trial.report.tally();
-        Timing { setting, counted: ["merge", "first_line", "last_line"].map(|f| tally.figure(f)) }
+        let price = Price::of(trial);
+        let counted = ["merge", "first_line", "last_line"].map(|f| tally.figure(f));
+        Timing { setting, counted, price }
     }
 
     /// Whether the counts are the closed forms, and the printed numbers those of them, rounded, unless they are slips.
@@ -198,7 +203,7 @@ pub fn table(timings: &[Timing]) -> String {
     head.extend(WHAT.iter().flat_map(|what| [what.to_string(), "printed".to_string()]));
     times.add_row(head);
     let mut slips = vec![format!("- {FACTOR_W}")];
-    for Timing { setting, counted } in timings {
+    for Timing { setting, counted, .. } in timings {
         let forms = setting.forms(setting.rows());
         let mut row = vec![format!("  {}, {} lines", setting.name, setting.rows())];
         row.extend(
@@ -226,7 +231,7 @@ pub fn json(timings: &[Timing]) -> Json {
     let of = |[merge, first, last]: [u64; 3]| json!({ "merge": merge, "first_line": first, "last_line": last });
     let cases: Vec<Json> = timings
         .iter()
-        .map(|Timing { setting, counted }| {
+        .map(|timing @ Timing { setting, counted, .. }| {
             let times = setting.times(setting.forms(setting.height));
             let printed = setting.printed.map(|printed| printed.map(|p| p.value));
             let slips = setting.printed.map(|printed| printed.and_then(|p| p.slip));
@@ -247,6 +252,7 @@ pub fn json(timings: &[Timing]) -> Json {
                 "closed_form": named(times.map(|time| json!(time))),
                 "printed": named(printed.map(|value| json!(value))),
                 "slips": named(slips.map(|why| json!(why))),
+                "costs": timing.price.json(),
             })
         })
         .collect();

@@ -1,5 +1,6 @@
 //! What a run costs beside cycles, as its report says.
 
+use pellucid_testbench::trial::Trial;
 use serde_json::{Value as Json, json};
 
 /// See the module's description. Of the memories on the chip, by the table that a run takes if nothing is said.
@@ -18,6 +19,9 @@ impl Price {
     pub const NAMES: [&str; 3] =
         ["reads and writes, nJ a frame", "leakage, nJ a frame", "memories, mm2"];
 
+    /// What its columns are called in a table for programs.
+    pub const COLUMNS: &str = "accesses_nj,leakage_nj,area_mm2";
+
     /// What a report says.
     pub fn read(report: &Json) -> Option<Price> {
         let energy = |name: &str| report["energy"][name].as_f64();
@@ -26,6 +30,11 @@ impl Price {
             leakage_nj: energy("leakage")?,
             area_mm2: report["area"]["memories"].as_f64()?,
         })
+    }
+
+    /// What a trial says.
+    pub fn of(trial: &Trial) -> Price {
+        Price::read(&trial.report.json()).expect("a run has its energy and area")
     }
 
     /// Its figures, in the order of their names.
@@ -43,6 +52,11 @@ impl Price {
                 format!("{figure:.digits$}")
             }
         }
+    }
+
+    /// Its figures in these columns.
+    pub fn csv(&self) -> String {
+        self.figures().map(|figure| figure.to_string()).join(",")
     }
 
     /// The same for programs.

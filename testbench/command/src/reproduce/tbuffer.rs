@@ -66,10 +66,6 @@ fn tbuffer_bytes(census: &Census, screen: Screen, capacity: u32) -> Result<u64, 
     Ok(tbuffer::monitor::seed_bytes(&cfg, sections))
 }
 
-fn price(trial: &Trial) -> Price {
-    Price::read(&trial.report.json()).expect("a run has its energy and area")
-}
-
 fn counted(trial: &Trial) -> Need {
     let tally = trial.report.tally();
     Need { accesses: tally.seed_accesses, bytes: tally.seed_bytes_used }
@@ -113,7 +109,7 @@ impl Frame {
             tbuffer: [t, counted(tbuffer)],
             rbuffer: [r, counted(rbuffer)],
             mbuffer: [m, counted(mbuffer)],
-            prices: [tbuffer, rbuffer, mbuffer].map(price),
+            prices: [tbuffer, rbuffer, mbuffer].map(Price::of),
             census,
             screen,
         })

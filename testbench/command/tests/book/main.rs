@@ -7,6 +7,7 @@ mod licences;
 mod page;
 mod reading;
 mod timing;
+mod which;
 
 use page::{documented, holds, link_targets, root, text_of};
 use pellucid_blocks::allocator::{self, FreeList};

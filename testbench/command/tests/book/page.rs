@@ -34,7 +34,7 @@ pub fn holds(page: &str, name: &str, text: &str) {
     if whole[start..start + length] == text {
         return;
     }
-    if std::env::var_os("PELLUCID_UPDATE_BOOK").is_some_and(|value| value == "1") {
+    if updates() {
         let rest = &whole[start + length..];
         std::fs::write(&path, format!("{}{text}{rest}", &whole[..start])).unwrap();
         return;
@@ -44,6 +44,23 @@ pub fn holds(page: &str, name: &str, text: &str) {
         "docs/src/{page}, part `{name}`, is out of date. The code says:\n{text}\
          `PELLUCID_UPDATE_BOOK=1 cargo test --workspace --test book` rewrites the page; then look \
          at the prose around it."
+    );
+}
+
+/// Whether pages are to be brought up to date.
+fn updates() -> bool {
+    std::env::var_os("PELLUCID_UPDATE_BOOK").is_some_and(|value| value == "1")
+}
+
+/// Checks that a file of the workspace is `text`, or makes it so.
+pub fn stored(file: &str, text: &str) {
+    let path = root().join(file);
+    if updates() {
+        std::fs::write(&path, text).unwrap();
+    }
+    assert!(
+        std::fs::read_to_string(&path).is_ok_and(|found| found == text),
+        "{file} is out of date: `PELLUCID_UPDATE_BOOK=1 cargo test --workspace --test book` writes it anew"
     );
 }
 

@@ -183,6 +183,7 @@ fn black(entries: &[Entry], method: Method, holds: impl Fn(&Run) -> bool) -> Ver
 mod tests {
     use super::super::plan::plan;
     use super::*;
+    use crate::reproduce::price::Price;
 
     /// Entries in which a pass takes so many cycles, and every error is its bound; but for what `change` makes of them.
     fn entries(change: impl Fn(Method, u32, &mut Run)) -> Vec<Entry> {
@@ -200,6 +201,7 @@ mod tests {
                     planes: method.planes(count),
                     error: bound,
                     bound,
+                    price: Price { accesses_nj: 1.0, leakage_nj: 2.0, area_mm2: 3.0 },
                 };
                 change(method, count, &mut run);
                 (method, run)

@@ -5,6 +5,7 @@ use super::plan::{COLUMNS, Figure, Method, TREES};
 use super::runs::{Entry, Run};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
+use crate::reproduce::price::Price;
 use comfy_table::{Table, presets};
 use pellucid_testbench::report::{align_right, at_margin, csv_text};
 use serde_json::{Value as Json, json};
@@ -49,6 +50,23 @@ pub fn counts(entry: &Entry) -> Vec<String> {
     TREES.into_iter().flat_map(tree).chain(blend).collect()
 }
 
+/// The columns of [`costs`] after the first.
+pub fn costs_head() -> Vec<String> {
+    let of =
+        |method: &Method| [format!("{method}: nJ a frame"), format!("{method}: memories, mm2")];
+    COLUMNS.iter().flat_map(of).collect()
+}
+
+/// Reads and writes of memories on the chip and their area, a cell for each of [`costs_head`].
+pub fn costs(entry: &Entry) -> Vec<String> {
+    let of = |method| {
+        entry.run(method).map_or([const { String::new() }; 2], |run| {
+            [run.price.accesses_nj, run.price.area_mm2].map(Price::shown)
+        })
+    };
+    COLUMNS.into_iter().flat_map(of).collect()
+}
+
 /// What a table of [`times`] is called.
 pub fn head(entries: &[Entry]) -> String {
     let frames = table(entries).next().map(|entry| &entry.frames);
@@ -72,10 +90,11 @@ pub fn text(entries: &[Entry], said: &[Claim]) -> String {
         at_margin(&shown.to_string())
     };
     format!(
-        "{}\n{}\nPASSES, PLANES AND LEVELS OF 255\n{}\n{}",
+        "{}\n{}\nPASSES, PLANES AND LEVELS OF 255\n{}\nREADS AND WRITES, AND AREA\n{}\n{}",
         head(entries),
         shown(times_head(), times),
         shown(counts_head(), counts),
+        shown(costs_head(), costs),
         claims::text(said)
     )
 }
@@ -107,6 +126,7 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
                 "planes": { "counted": run.planes, "closed_form": method.planes(count) },
                 "sweeps": run.sweeps,
                 "error": { "counted": run.error, "bound": run.bound },
+                "costs": run.price.json(),
             })
         });
         let (width, height) = entry.frames.screen;
@@ -125,8 +145,9 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
 
 /// Every run as a line.
 pub fn csv(entries: &[Entry]) -> String {
-    let mut text = String::from(
-        "figure,scene,width,height,frames,method,cycles,of_blending,printed_of_blending,passes,planes,sweeps,error,bound\n",
+    let mut text = format!(
+        "figure,scene,width,height,frames,method,cycles,of_blending,printed_of_blending,passes,planes,sweeps,error,bound,{}\n",
+        Price::COLUMNS
     );
     for entry in entries {
         let (width, height) = entry.frames.screen;
@@ -138,9 +159,10 @@ pub fn csv(entries: &[Entry]) -> String {
                 |ratio: Option<f64>| ratio.map_or(String::new(), |ratio| format!("{ratio:.4}"));
             let printed = printed(*method, count).filter(|_| entry.figure == Figure::Table);
             text += &format!(
-                "{figure},{scene},{width},{height},{count},{method},{cycles},{},{},{passes},{planes},{sweeps},{error},{bound}\n",
+                "{figure},{scene},{width},{height},{count},{method},{cycles},{},{},{passes},{planes},{sweeps},{error},{bound},{}\n",
                 shown(ratio(entry, *method)),
                 shown(printed),
+                run.price.csv(),
             );
         }
     }

@@ -1,7 +1,7 @@
 //! The figures as a page.
 
 use super::claims::{papers_bound, table};
-use super::figures::{counts, counts_head, head, times, times_head};
+use super::figures::{costs, costs_head, counts, counts_head, head, times, times_head};
 use super::pictures::Picture;
 use super::plan::{COLUMNS, Method, TREES};
 use super::runs::{Entry, Run};
@@ -31,6 +31,8 @@ pub fn page(
              its bound is what the machine's arithmetic allows.</p>\n";
     body += &rows(entries, &counts_head(), counts);
     body += &errors(entries)?;
+    body += "<h2>Energy and area</h2>\n<p>Reads and writes of memories on the chip, a frame, and their area.</p>\n";
+    body += &rows(entries, &costs_head(), costs);
     body += "<h2>Figure 3: the mean of equal images</h2>\n";
     for row in pictures {
         body += "<div class=\"plots\">\n";

@@ -3,6 +3,7 @@
 use super::plan::{Figure, Method, Planned};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::Kept;
+use crate::reproduce::price::Price;
 use pellucid_hw::architecture;
 use pellucid_machine::architecture::settings;
 use pellucid_testbench::trial::Case;
@@ -26,6 +27,8 @@ pub struct Run {
     pub error: u64,
     /// How far it may be.
     pub bound: u64,
+    /// What a frame costs.
+    pub price: Price,
 }
 
 impl Run {
@@ -40,6 +43,7 @@ impl Run {
             planes: own("peak_planes")?,
             error: json["image"]["max_error"].as_u64()?,
             bound: json["image"]["error_bound"].as_u64()?,
+            price: Price::read(json)?,
         })
     }
 }

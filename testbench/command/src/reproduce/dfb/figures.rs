@@ -208,9 +208,10 @@ pub fn json(command: &str, entries: &[Entry], claims: &[Claim]) -> Json {
 
 /// Every run as a line, and each of its frames.
 pub fn csv(entries: &[Entry]) -> String {
-    let mut text = String::from(
+    let mut text = format!(
         "figure,scene,width,height,instances,frames,machine,frame,plays,total,count,scan,store,rebuild,resolve,bytes,\
-         accesses_seed,accesses_full,accesses_nj,leakage_nj,area_mm2,lacks\n",
+         accesses_seed,accesses_full,{},lacks\n",
+        Price::COLUMNS
     );
     for entry in entries {
         let (width, height) = entry.frames.screen;
@@ -233,8 +234,7 @@ pub fn csv(entries: &[Entry]) -> String {
                 all.collect::<Vec<_>>().join(",")
             };
             let (all, [seed, full]) = (of(&run.cycles), run.accesses);
-            let price = run.price.figures().map(|figure| figure.to_string()).join(",");
-            let plays = run.plays();
+            let (plays, price) = (run.plays(), run.price.csv());
             text += &format!("{key},{name},all,{plays},{all},{bytes},{seed},{full},{price},\n");
             for (frame, played) in run.frames.iter().enumerate() {
                 let (plays, cycles) = (played.plays, of(&played.cycles));

@@ -161,6 +161,7 @@ fn memory(entries: &[Entry]) -> Verdict {
 mod tests {
     use super::super::plan::{PASSES, plan};
     use super::*;
+    use crate::reproduce::price::Price;
 
     /// A run of a frame of so many fragments and vertices that took so many cycles.
     fn run(buffer: Buffer, fragments: u64, vertices: u64, cycles: u64) -> (Buffer, Run) {
@@ -175,6 +176,7 @@ mod tests {
             shaded: PASSES * fragments,
             discarded: PASSES * fragments * (windows - 1),
             bytes: 16 * u64::from(buffer.targets) * buffer.places(),
+            price: Price { accesses_nj: 1.0, leakage_nj: 2.0, area_mm2: 3.0 },
         };
         (buffer, run)
     }

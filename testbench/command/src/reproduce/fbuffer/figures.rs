@@ -6,6 +6,7 @@ use super::runs::{Entry, Run, Terms};
 use super::{Found, sorting};
 use crate::reproduce::claims::{self, Claim};
 use crate::reproduce::number;
+use crate::reproduce::price::Price;
 use comfy_table::{Table, presets};
 use pellucid_testbench::report::{align_right, at_margin, csv_text};
 use serde_json::{Value as Json, json};
@@ -114,6 +115,7 @@ pub fn json(command: &str, all: &Found, claims: &[Claim]) -> Json {
                     "vertices": terms.vertices,
                     "fragments": terms.fragments,
                 },
+                "costs": run.price.json(),
             })
         });
         let (width, height) = entry.frames.screen;
@@ -140,9 +142,10 @@ pub fn json(command: &str, all: &Found, claims: &[Claim]) -> Json {
 
 /// Every run as a line.
 pub fn csv(all: &Found) -> String {
-    let mut text = String::from(
+    let mut text = format!(
         "figure,scene,width,height,size,targets,vertex_cycles,fragment_cycles,fragments,windows,submissions,printed,vertices,\
-         shaded,discarded,cycles,vertex_term,fragment_term,bytes,sort_passes,sort_cycles\n",
+         shaded,discarded,cycles,vertex_term,fragment_term,bytes,{},sort_passes,sort_cycles\n",
+        Price::COLUMNS
     );
     for entry in &all.entries {
         let (width, height) = entry.frames.screen;
@@ -155,8 +158,10 @@ pub fn csv(all: &Found) -> String {
             let terms = Terms::of(*buffer, run);
             text += &format!(
                 "{figure},{scene},{width},{height},{size},{targets},{vertex_cycles},{fragment_cycles},{fragments},{windows},\
-                 {submissions},{printed},{vertices},{shaded},{discarded},{cycles},{},{},{bytes},,\n",
-                terms.vertices, terms.fragments
+                 {submissions},{printed},{vertices},{shaded},{discarded},{cycles},{},{},{bytes},{},,\n",
+                terms.vertices,
+                terms.fragments,
+                run.price.csv()
             );
         }
     }

@@ -3,6 +3,7 @@
 use super::plan::{Buffer, Figure, PASSES, Planned};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::{Kept, Machine};
+use crate::reproduce::price::Price;
 use pellucid_hw::architecture;
 use pellucid_machine::architecture::settings;
 use pellucid_testbench::trial::Case;
@@ -30,6 +31,8 @@ pub struct Run {
     pub discarded: u64,
     /// Bytes of the buffer.
     pub bytes: u64,
+    /// What the frame costs.
+    pub price: Price,
 }
 
 impl Run {
@@ -46,6 +49,7 @@ impl Run {
             shaded: own("shaded")?,
             discarded: own("discarded")?,
             bytes: json["storage"]["seed_bytes"].as_u64()?,
+            price: Price::read(json)?,
         })
     }
 }

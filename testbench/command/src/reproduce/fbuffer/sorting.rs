@@ -262,7 +262,7 @@ pub fn csv(all: &[(Sorted, Run)]) -> String {
         let Run { fragments, windows, submissions, sort_passes, sort_cycles, cycles, .. } = run;
         let (scene, size) = (&sorted.frames.scene, sorted.size);
         format!(
-            "Section 5.1,{scene},{width},{height},{size},1,1,1,{fragments},{windows},{submissions},,,,,{cycles},,,,{sort_passes},{sort_cycles}\n"
+            "Section 5.1,{scene},{width},{height},{size},1,1,1,{fragments},{windows},{submissions},,,,,{cycles},,,,,,,{sort_passes},{sort_cycles}\n"
         )
     };
     all.iter().map(line).collect()
