@@ -62,14 +62,15 @@ pub fn parse(text: &str, origin: String) -> Result<Setting, SettingsError> {
     }
 }
 
-/// The same, where a value `@FILE` stands for what is in the file.
+/// The same, where a value `@FILE` stands for what is in the file, its lines one after the other.
 ///
 /// # Errors
 /// As [`parse`]; the file cannot be read, is no text, or is too long.
 pub fn given(text: &str, origin: String) -> Result<Setting, SettingsError> {
     let setting = parse(text, origin)?;
     let Some(path) = setting.value.strip_prefix('@') else { return Ok(setting) };
-    let value = self::text(Path::new(path))?.trim().to_string();
+    let text = self::text(Path::new(path))?;
+    let value = text.split_whitespace().collect::<Vec<_>>().join(" ");
     Ok(Setting { value, ..setting })
 }
 

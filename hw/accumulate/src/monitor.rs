@@ -8,8 +8,8 @@ use pellucid_machine::monitor::{above, below, seen_from};
 use pellucid_machine::outside::{self, Outside};
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::{
-    Arithmetic, Census, Check, Machine, Memories, Monitor, PhaseCounts, PhaseInfo, Ports, Tally,
-    seen, waits,
+    Arithmetic, Census, Check, Machine, Memories, Monitor, PhaseCounts, PhaseInfo, Ports, Room,
+    Tally, seen, waits,
 };
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 use pellucid_tbuffer::TBuffer;
@@ -102,6 +102,10 @@ impl Machine for Accumulate {
 
     fn outside(cfg: &Config) -> Option<Outside> {
         TBuffer::<Chosen>::outside(&cfg.tbuffer).map(|memory| memory.within("tbuffer"))
+    }
+
+    fn room(cfg: &Config, frame: &Census) -> Option<Room> {
+        TBuffer::<Chosen>::room(&cfg.tbuffer, frame).map(|room| room.of_part("tbuffer"))
     }
 
     fn screen(cfg: &Config) -> Screen {

@@ -100,7 +100,13 @@ fn weighted(cfg: &Node, of: [u32; MOST_INPUTS], weights: [u32; MOST_INPUTS]) -> 
 #[rtl]
 fn channel(cfg: &Node, of: [u32; MOST_INPUTS], weights: [u32; MOST_INPUTS]) -> u32 {
     let mean = if cfg.weighted() { weighted(cfg, of, weights) } else { plain(cfg, of) };
-    (mean >> cfg.dropped()) << cfg.added()
+    if cfg.dropped() > 0 {
+        mean >> cfg.dropped()
+    } else if cfg.added() > 0 {
+        mean << cfg.added()
+    } else {
+        mean
+    }
 }
 
 /// What a node gives.

@@ -78,7 +78,7 @@ impl MachineArgs {
 
     /// Whether the machine makes one image of several frames.
     pub(super) fn accumulates(&self) -> anyhow::Result<bool> {
-        Ok((self.arch()?.parameters)().iter().any(|parameter| parameter.name == FRAMES))
+        Ok(accumulates(self.arch()?))
     }
 
     /// Of how many frames the machine makes an image, if that is among its parameters.
@@ -102,11 +102,7 @@ impl MachineArgs {
         over: &[Setting],
     ) -> anyhow::Result<Box<dyn Model>> {
         let mut given = self.given()?;
-        if frames > 1 && self.accumulates()? {
-            let origin = format!("--frames {frames}");
-            let (name, value) = (FRAMES.to_string(), frames.to_string());
-            given.parameters.push(Setting { name, value, origin });
-        }
+        given.parameters.extend(frames_of(given.arch()?, frames));
         given.parameters.extend(over.iter().cloned());
         given.build(screen)
     }
@@ -182,8 +178,22 @@ impl MachineArgs {
 }
 
 /// A parameter's value that nobody gave.
-fn plain(name: &str, value: &str) -> Setting {
+pub(super) fn plain(name: &str, value: &str) -> Setting {
     Setting { name: name.to_string(), value: value.to_string(), origin: format!("`{name}`") }
+}
+
+/// How many frames a run has, for a machine that makes one image of several.
+fn frames_of(arch: &Architecture, frames: u32) -> Option<Setting> {
+    (frames > 1 && accumulates(arch)).then(|| Setting {
+        name: FRAMES.to_string(),
+        value: frames.to_string(),
+        origin: format!("--frames {frames}"),
+    })
+}
+
+/// Whether machines of an architecture make one image of several frames.
+fn accumulates(arch: &Architecture) -> bool {
+    (arch.parameters)().iter().any(|parameter| parameter.name == FRAMES)
 }
 
 /// A parameter that is a number, as large as frames need it.
@@ -317,7 +327,12 @@ impl Choice {
 
     /// The machine for a screen.
     pub(super) fn build(&self, screen: Screen) -> anyhow::Result<Box<dyn Model>> {
-        self.with(screen, &self.settings)
+        self.build_for(screen, 1)
+    }
+
+    /// The machine for a screen and a run of so many frames.
+    pub(super) fn build_for(&self, screen: Screen, frames: u32) -> anyhow::Result<Box<dyn Model>> {
+        self.with(screen, frames, &[])
     }
 
     /// The values of a machine of these before it has seen a frame: of what then may become more it is said.
@@ -335,14 +350,20 @@ impl Choice {
 
     /// A machine of these, with room outside for the frames of a case: see [`with_room`].
     pub(super) fn with_room(&self, machine: Box<dyn Model>, case: &Case) -> Box<dyn Model> {
-        let screen = machine.screen();
-        with_room(machine, case, &self.settings, |over| {
-            self.with(screen, &[&*self.settings, over].concat())
-        })
+        let (screen, frames) = (machine.screen(), case.frames());
+        with_room(machine, case, &self.settings, |over| self.with(screen, frames, over))
     }
 
-    fn with(&self, screen: Screen, settings: &[Setting]) -> anyhow::Result<Box<dyn Model>> {
-        build(self.arch, screen, Some(&self.preset), settings, |error| match error {
+    fn with(
+        &self,
+        screen: Screen,
+        frames: u32,
+        over: &[Setting],
+    ) -> anyhow::Result<Box<dyn Model>> {
+        let mut settings = self.settings.clone();
+        settings.extend(frames_of(self.arch, frames));
+        settings.extend(over.iter().cloned());
+        build(self.arch, screen, Some(&self.preset), &settings, |error| match error {
             SettingError::Setting { .. } => error.into(),
             other => anyhow!("{}: {other}", self.origin),
         })

@@ -1,7 +1,7 @@
 //! `pellucid size`: the smallest machine that loses nothing of some frames.
 
 use super::amount::bytes;
-use super::machine::{MachineArgs, setting};
+use super::machine::{MachineArgs, plain as text, setting};
 use super::sequence::SequenceArgs;
 use super::{DEFAULT_SCENE, ViewArgs, finished, passes, say};
 use anyhow::{anyhow, bail};
@@ -31,12 +31,18 @@ pub(super) struct SizeArgs {
     /// [default: all of it is on the chip]
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     budget: Option<u64>,
-    /// Room beyond what the fullest frame takes, in percent
-    #[arg(long, value_name = "PERCENT", default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    /// Room beyond what the fullest frame takes, in percent, a whole number from 0 to 1000
+    #[arg(long, value_name = "PERCENT", default_value_t = 10, value_parser = percent, allow_hyphen_values = true)]
     margin: u32,
     /// Print nothing but the machine and errors
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// A share of what is needed.
+fn percent(text: &str) -> Result<u32, String> {
+    let percent = text.parse().ok().filter(|percent| (0..=1000).contains(percent));
+    percent.ok_or_else(|| "expected a whole number from 0 to 1000".to_string())
 }
 
 /// The figure that a budget bounds.
@@ -64,13 +70,13 @@ impl Needs {
     fn with_margin(self, percent: u32) -> Needs {
         let more = |n: u64| (n * u64::from(100 + percent)).div_ceil(100);
         let of_unit = self.room.of_unit;
-        let units = more(self.room.units).max(1);
+        let some = u64::from(matches!(self.room.rest, Rest::All(_)));
+        let units = more(self.room.units).max(some);
         let least = match self.room.rest {
             Rest::Nothing => more(self.room.least),
             _ => self.room.least,
         };
-        let all = (self.all / of_unit.max(1)).max(1);
-        let all = (more(all) * of_unit).max(least);
+        let all = (more(self.all / of_unit) * of_unit).max(least);
         Needs { room: Room { units, least, ..self.room }, all }
     }
 
@@ -96,7 +102,7 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     let mut needs: Option<Needs> = None;
     for scene in &args.scene {
         let (source, frames) = args.sequence.open(scene, &args.view, false)?;
-        let machine = args.machine.build(source.screen(), frames)?;
+        let machine = first(args, source.screen(), frames)?;
         let mut progress = Progress::new("golden model", None, args.quiet);
         let case = Case::new(scene, source, &*machine, &mut progress)?;
         let case = case.with_frames(frames, &*machine, &mut progress)?;
@@ -130,12 +136,17 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
         each.max().unwrap_or(0)
     };
     let budget = args.budget.unwrap_or(u64::MAX);
-    let fits = |on_chip| Ok::<_, anyhow::Error>(taken(&build(on_chip)?) <= budget);
+    let fits = |on_chip| match build(on_chip) {
+        Ok(machines) => Ok(taken(&machines) <= budget),
+        // A DRAM that is asked for has something in it.
+        Err(_) if on_chip == needs.all && args.budget.is_some() => Ok(false),
+        Err(error) => Err(error),
+    };
     let mut on_chip = needs.all;
     if !fits(on_chip)? {
         let (mut low, mut high) = (needs.room.least, needs.all);
         if !fits(low)? {
-            return Err(too_small(&needs, &build(low)?, budget));
+            return Err(too_small(args, &needs, &cases, &build(low)?));
         }
         while high - low > 1 {
             let middle = low + (high - low) / 2;
@@ -163,6 +174,19 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     Ok(right)
 }
 
+/// A machine that sees frames as the one that is looked for does: as it is given, or where it cannot be so large, as small as can be.
+fn first(args: &SizeArgs, screen: Screen, frames: u32) -> anyhow::Result<Box<dyn Model>> {
+    let Err(error) = args.machine.build(screen, frames) else {
+        return args.machine.build(screen, frames);
+    };
+    let any = args.machine.arch()?.build(screen, None, &[]);
+    let Some(need) = any.ok().and_then(|any| need(&*any, &Census::default())) else {
+        return Err(error);
+    };
+    let smallest = need.with_margin(0);
+    args.machine.with(screen, frames, &smallest.settings(smallest.all)).map_err(|_| error)
+}
+
 /// What a frame asks of a machine.
 fn need(machine: &dyn Model, frame: &Census) -> Option<Needs> {
     let room = machine.room(frame)?;
@@ -171,9 +195,15 @@ fn need(machine: &dyn Model, frame: &Census) -> Option<Needs> {
 }
 
 /// The sentence about a budget below what a machine takes with as little on chip as can be.
-fn too_small(needs: &Needs, machines: &[Box<dyn Model>], budget: u64) -> anyhow::Error {
+fn too_small(
+    args: &SizeArgs,
+    needs: &Needs,
+    cases: &[Case],
+    machines: &[Box<dyn Model>],
+) -> anyhow::Error {
     let of = |machine: &dyn Model| known_beforehand(machine, ON_CHIP).unwrap_or(0);
-    let Some(machine) = machines.iter().max_by_key(|machine| of(&***machine)) else {
+    let each = cases.iter().zip(machines);
+    let Some((case, machine)) = each.max_by_key(|(_, machine)| of(&***machine)) else {
         return anyhow!("there is no machine");
     };
     let mut memories = machine.power_up().tally().memories;
@@ -184,22 +214,26 @@ fn too_small(needs: &Needs, machines: &[Box<dyn Model>], budget: u64) -> anyhow:
         format!("`{}` {bytes}", memory.name)
     });
     let largest = largest.collect::<Vec<_>>().join(", ");
-    let movable: Vec<String> = machine
-        .values()
-        .into_iter()
-        .filter(|(_, value)| *value == Value::Choice("on_chip"))
-        .map(|(name, _)| format!("`-p {name}=cached`"))
-        .collect();
-    let movable = match movable.is_empty() {
-        true => String::new(),
-        false => format!("; {} holds a table outside", movable.join(", ")),
+    // Tables that a cache would stand for, where it is smaller.
+    let smaller = |name: &str| {
+        let mut settings = needs.settings(needs.room.least);
+        settings.push(text(name, "cached"));
+        let cached = args.machine.with(case.source.screen(), case.frames(), &settings);
+        cached.is_ok_and(|cached| of(&*cached) < of(&**machine))
     };
+    let tables = machine.values().into_iter();
+    let tables = tables.filter(|(_, value)| *value == Value::Choice("on_chip"));
+    let movable: Vec<String> = tables
+        .filter(|(name, _)| smaller(name))
+        .map(|(name, _)| format!("; `-p {name}=cached` has less there"))
+        .collect();
     anyhow!(
-        "--budget {}: with `{}={}` the machine has {} bytes on the chip, among them {largest}{movable}",
-        grouped(&json!(budget)),
+        "--budget {}: with `{}={}` the machine has {} bytes on the chip, among them {largest}{}",
+        grouped(&json!(args.budget)),
         needs.room.on_chip,
         needs.room.least,
         grouped(&json!(of(&**machine))),
+        movable.concat(),
     )
 }
 

@@ -239,9 +239,15 @@ fn clock(setting: &Setting) -> Result<u32, BoardError> {
 fn energy(to: &mut Chosen, setting: &Setting) -> Result<(), BoardError> {
     if setting.value != OF_PART {
         let energy = Energy::open(Path::new(&setting.value));
-        to.dram.part.energy = Some(energy.map_err(|error| BoardError::Part {
-            origin: setting.origin.clone(),
-            error: Box::new(error),
+        let origin = || setting.origin.clone();
+        to.dram.part.energy = Some(energy.map_err(|error| match error {
+            PartError::Read { file, error } => BoardError::Use {
+                origin: origin(),
+                problem: format!(
+                    "cannot read `{file}`: {error}; expected `{OF_PART}`, or a file with a section `[energy]`"
+                ),
+            },
+            error => BoardError::Part { origin: origin(), error: Box::new(error) },
         })?);
         to.energy = setting.value.clone();
     }

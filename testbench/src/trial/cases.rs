@@ -32,6 +32,11 @@ impl Cases {
         &self.source
     }
 
+    /// How many there are, but for a machine that makes one image of more.
+    pub fn frames(&self) -> u32 {
+        self.frames
+    }
+
     /// The case for a machine. Those of one view and arithmetic share what the golden model says, and machines that take
     /// fragments those of a frame that is alone and not too large.
     ///
@@ -44,7 +49,9 @@ impl Cases {
             .known
             .iter()
             .find(|(v, a, case)| (v, a, case.frames()) == (&view, &arithmetic, frames));
-        if let Some((_, _, case)) = known {
+        // What becomes of several frames is the machine's own.
+        let of_all = machine.frames_of_image() == 1;
+        if let Some((_, _, case)) = known.filter(|_| of_all) {
             return Ok(case.clone());
         }
         let case = Case::of(&self.scene, self.source.clone(), machine, progress)?;
@@ -60,7 +67,9 @@ impl Cases {
             }
             case.source = self.held.clone().unwrap_or(case.source);
         }
-        self.known.push((view, arithmetic, case.clone()));
+        if of_all {
+            self.known.push((view, arithmetic, case.clone()));
+        }
         Ok(case)
     }
 }

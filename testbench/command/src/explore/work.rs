@@ -11,7 +11,6 @@ use pellucid_machine::params::Value;
 use pellucid_testbench::bench::BenchError;
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::report::known_beforehand;
-use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::{Case, CaseError, Cases, Trial};
 use rayon::prelude::*;
 use serde_json::Value as Json;
@@ -102,7 +101,7 @@ impl Work<'_> {
             design,
         };
         for (k, scene) in scenes.iter().enumerate() {
-            let outcome = match self.machine(&candidate.design, self.frames[k].source()) {
+            let outcome = match self.machine(&candidate.design, k) {
                 Err(outcome) => Some(outcome),
                 Ok(machine) => {
                     let choice = &candidate.design.choice;
@@ -130,12 +129,13 @@ impl Work<'_> {
     }
 
     /// The machine, unless it cannot be, or need not be tried.
-    fn machine(&self, design: &Design, source: &Source) -> Result<Box<dyn Model>, Outcome> {
+    fn machine(&self, design: &Design, scene: usize) -> Result<Box<dyn Model>, Outcome> {
+        let (source, frames) = (self.frames[scene].source(), self.frames[scene].frames());
         let refused = |why| Err(Outcome::without(Status::Refused, why));
         if let Some(why) = &design.refused {
             return refused(why.clone());
         }
-        let machine = match design.choice.build(source.screen()) {
+        let machine = match design.choice.build_for(source.screen(), frames) {
             Ok(machine) => machine,
             Err(error) => return refused(error.to_string()),
         };

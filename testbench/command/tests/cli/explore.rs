@@ -355,6 +355,27 @@ fn shares_are_the_whole() {
     }
 }
 
+/// Of a machine that makes one image of the frames of a scene each method has its own, as the command beside it makes it.
+#[test]
+fn an_image_of_several_frames_is_what_its_command_makes() {
+    let folder = folder();
+    let scene = "[[scene]]\nscene = \"cube\"\nwidth = 16\nheight = 12\nframes = 4\nvary = \"aa\"\n";
+    let machine =
+        "[[machine]]\narch = \"accumulate\"\nmethod = [\"tree\", \"buffer\", \"blend\"]\n";
+    write(folder.path(), &format!("{scene}{machine}[[machine]]\narch = \"tbuffer\"\n"));
+    exact(explore(folder.path(), &[]));
+    let rows = rows(&folder.path().join("pellucid-explore"));
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        assert_eq!(row["status"], "right", "{row}");
+        let command = row["command"].as_str().unwrap();
+        exact(pellucid(folder.path(), &command.split(' ').skip(1).collect::<Vec<_>>()));
+        let stats = stats(&folder.path().join("pellucid-out"));
+        assert_eq!(row["cycles.total"], stats["cycles"]["total"], "{command}");
+        assert_eq!(row["image.max_error"], stats["image"]["max_error"], "{command}");
+    }
+}
+
 /// A search by NSGA-II finds the best of a space that is small enough to be looked through.
 #[test]
 fn a_genetic_search_finds_the_front() {
