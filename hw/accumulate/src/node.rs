@@ -92,21 +92,25 @@ fn weighted(cfg: &Node, of: [u32; MOST_INPUTS], weights: [u32; MOST_INPUTS]) -> 
         sum += (u64::from(of[k]) * u64::from(weights[k])) >> cfg.cut();
     }
     // Since the weights sum to one, there is no more of it.
-    (sum & cfg.most()) as u32
+    if cfg.dropped() > 0 {
+        ((sum >> cfg.dropped()) & (cfg.most() >> cfg.dropped())) as u32
+    } else {
+        (sum & cfg.most()) as u32
+    }
 }
 
 /// What a node gives of a channel.
 #[inline(always)]
 #[rtl]
 fn channel(cfg: &Node, of: [u32; MOST_INPUTS], weights: [u32; MOST_INPUTS]) -> u32 {
-    let mean = if cfg.weighted() { weighted(cfg, of, weights) } else { plain(cfg, of) };
-    if cfg.dropped() > 0 {
-        mean >> cfg.dropped()
-    } else if cfg.added() > 0 {
-        mean << cfg.added()
+    let mean = if cfg.weighted() {
+        weighted(cfg, of, weights)
+    } else if cfg.dropped() > 0 {
+        plain(cfg, of) >> cfg.dropped()
     } else {
-        mean
-    }
+        plain(cfg, of)
+    };
+    if cfg.added() > 0 { mean << cfg.added() } else { mean }
 }
 
 /// What a node gives.
