@@ -13,7 +13,7 @@ const LEGEND: &str = "A block's figures include all that is in it. Logic is the 
 
 /// Square millimetres: cells of new nodes need more digits.
 fn mm2(area: f64) -> String {
-    if area < 0.01 { format!("{area:.6}") } else { format!("{area:.4}") }
+    if area > 0.0 && area < 0.001 { format!("{area:.6}") } else { format!("{area:.4}") }
 }
 
 /// Nanoseconds to three digits behind the point.
