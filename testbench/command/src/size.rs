@@ -1,7 +1,7 @@
 //! `pellucid size`: the smallest machine that loses nothing of some frames.
 
 use super::amount::bytes;
-use super::machine::{MachineArgs, plain as text, setting};
+use super::machine::{MachineArgs, plain, setting};
 use super::sequence::SequenceArgs;
 use super::{DEFAULT_SCENE, ViewArgs, finished, passes, say};
 use anyhow::{anyhow, bail};
@@ -176,8 +176,9 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
 
 /// A machine that sees frames as the one that is looked for does: as it is given, or where it cannot be so large, as small as can be.
 fn first(args: &SizeArgs, screen: Screen, frames: u32) -> anyhow::Result<Box<dyn Model>> {
-    let Err(error) = args.machine.build(screen, frames) else {
-        return args.machine.build(screen, frames);
+    let error = match args.machine.build(screen, frames) {
+        Ok(machine) => return Ok(machine),
+        Err(error) => error,
     };
     let any = args.machine.arch()?.build(screen, None, &[]);
     let Some(need) = any.ok().and_then(|any| need(&*any, &Census::default())) else {
@@ -217,7 +218,7 @@ fn too_small(
     // Tables that a cache would stand for, where it is smaller.
     let smaller = |name: &str| {
         let mut settings = needs.settings(needs.room.least);
-        settings.push(text(name, "cached"));
+        settings.push(plain(name, "cached"));
         let cached = args.machine.with(case.source.screen(), case.frames(), &settings);
         cached.is_ok_and(|cached| of(&*cached) < of(&**machine))
     };

@@ -12,18 +12,20 @@ struct Seen {
     wasted: bool,
 }
 
+/// Inputs while nothing happens.
+const NOTHING: In = In {
+    comes: false,
+    end: false,
+    over: false,
+    beyond: false,
+    next_window: 0,
+    left: false,
+    done: false,
+};
+
 /// All plays of a frame whose primitives have so many fragments; and whether it was as at reset in the end.
 fn frame(cfg: Config, fragments: &[u32]) -> Vec<Seen> {
     let mut sim = Sim::<Plays>::new(cfg);
-    let nothing = In {
-        comes: false,
-        end: false,
-        over: false,
-        beyond: false,
-        next_window: 0,
-        left: false,
-        done: false,
-    };
     let mut seen = vec![];
     loop {
         assert!(seen.len() < 1000, "the frame does not end");
@@ -36,22 +38,22 @@ fn frame(cfg: Config, fragments: &[u32]) -> Vec<Seen> {
                 primitives.push(number);
                 counted += if moore.play.shades { *fragments } else { 0 };
             }
-            sim.clock(In { comes: true, ..nothing }).unwrap();
+            sim.clock(In { comes: true, ..NOTHING }).unwrap();
         }
-        sim.clock(In { comes: true, end: true, ..nothing }).unwrap();
+        sim.clock(In { comes: true, end: true, ..NOTHING }).unwrap();
         let Moore { play, pass, last, open, .. } = sim.moore();
         assert!(!open);
         assert_eq!(last, play.shades && pass + 1 == cfg.passes);
         assert_eq!((play.draws, play.reads), (seen.is_empty(), pass > 0));
         let before = if cfg.window.windows { play.window * cfg.window.places() } else { 0 };
         let beyond = counted > before + cfg.window.places();
-        let out = sim.clock(In { over: true, beyond, ..nothing }).unwrap().out;
+        let out = sim.clock(In { over: true, beyond, ..NOTHING }).unwrap().out;
         seen.push(Seen { pass, window: play.window, primitives, wasted: out.wasted });
         if out.finished {
             assert!(!out.again);
-            sim.clock(nothing).unwrap();
+            sim.clock(NOTHING).unwrap();
             assert!(sim.moore().finished && sim.moore().busy);
-            sim.clock(In { done: true, ..nothing }).unwrap();
+            sim.clock(In { done: true, ..NOTHING }).unwrap();
             let Moore { busy, open, replay, finished, .. } = sim.moore();
             assert_eq!((busy, open, replay, finished), (false, true, false, false));
             return seen;
@@ -115,27 +117,18 @@ proptest! {
 fn a_window_begins_where_the_one_before_has_ended() {
     let cfg = Config { window: compacting(2), ..plays(2, true, false) };
     let mut sim = Sim::<Plays>::new(cfg);
-    let nothing = In {
-        comes: false,
-        end: false,
-        over: false,
-        beyond: false,
-        next_window: 0,
-        left: false,
-        done: false,
-    };
     for _ in 0..2 {
         let mut seen = vec![];
         for (beyond, next_window) in [(true, 7), (true, 7), (true, 30), (true, 30), (false, 41)] {
             seen.push((sim.moore().pass, sim.moore().play.window));
-            let out = sim.clock(In { over: true, beyond, next_window, ..nothing }).unwrap().out;
+            let out = sim.clock(In { over: true, beyond, next_window, ..NOTHING }).unwrap().out;
             assert!(out.again);
         }
         assert_eq!(seen, [(0, 0), (1, 0), (0, 7), (1, 7), (0, 30)]);
         assert_eq!((sim.moore().pass, sim.moore().play.window), (1, 30));
-        let last = In { over: true, next_window: 41, ..nothing };
+        let last = In { over: true, next_window: 41, ..NOTHING };
         assert!(sim.clock(last).unwrap().out.finished);
-        sim.clock(In { done: true, ..nothing }).unwrap();
+        sim.clock(In { done: true, ..NOTHING }).unwrap();
     }
 }
 

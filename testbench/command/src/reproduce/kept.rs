@@ -9,6 +9,7 @@ use pellucid_machine::architecture::settings;
 use pellucid_testbench::output::{create_dir, put};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::trial::Case;
+use rayon::prelude::*;
 use serde_json::{Value as Json, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -97,6 +98,40 @@ impl Kept {
         let run = parse(&json)?;
         self.there.fetch_add(1, Ordering::Relaxed);
         Some(run)
+    }
+
+    /// What `read` takes of the report of each of some machines, at least one, that see and blend a frame alike; those that no
+    /// file has are played. Nothing if one is not right.
+    ///
+    /// # Errors
+    /// The frames cannot be read, or a file not be written.
+    pub fn play_all<R: Send>(
+        &self,
+        machines: &[Machine],
+        frames: &Frames,
+        read: fn(&Json) -> Option<R>,
+    ) -> anyhow::Result<Option<Vec<R>>> {
+        let there: Vec<Option<R>> =
+            machines.iter().map(|machine| self.get(machine, frames, read)).collect();
+        let mut case = None;
+        if there.iter().any(Option::is_none) {
+            let source = frames.open()?;
+            let Machine { arch, preset, settings: with, .. } = &machines[0];
+            let built = architecture(arch)?.build(source.screen(), *preset, &settings(with))?;
+            let mut progress = self.progress(frames.arguments(), "golden model", None);
+            case = Some(Case::new(&frames.scene, source, &*built, &mut progress)?);
+        }
+        let each = machines.par_iter().zip(there).map(|(machine, there)| {
+            let run = match (there, &case) {
+                (None, Some(case)) => self
+                    .play(machine, frames, case)?
+                    .map(|json| read(&json).expect("a report has all that is read of it")),
+                (there, _) => there,
+            };
+            self.done(1);
+            Ok(run)
+        });
+        each.collect()
     }
 
     /// Plays frames in a machine and keeps the report, with its command; nothing if it is not right.

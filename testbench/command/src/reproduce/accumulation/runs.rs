@@ -4,10 +4,6 @@ use super::plan::{Figure, Method, Planned};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::Kept;
 use crate::reproduce::price::Price;
-use pellucid_hw::architecture;
-use pellucid_machine::architecture::settings;
-use pellucid_testbench::trial::Case;
-use rayon::prelude::*;
 use serde_json::Value as Json;
 
 /// An image by one method.
@@ -71,29 +67,11 @@ impl Entry {
 /// Frames cannot be read, or a file not be written.
 pub fn play(planned: &Planned, kept: &Kept) -> anyhow::Result<Option<Entry>> {
     let Planned { figure, frames, methods } = planned;
-    let count = frames.count();
-    let there: Vec<Option<Run>> =
-        methods.iter().map(|method| kept.get(&method.machine(count), frames, Run::read)).collect();
-    let mut case = None;
-    if there.iter().any(Option::is_none) {
-        let source = frames.open()?;
-        // All of them have their frames drawn alike.
-        let machine = methods[0].machine(count);
-        let arch = architecture(machine.arch)?;
-        let built = arch.build(source.screen(), machine.preset, &settings(&machine.settings))?;
-        let mut progress = kept.progress(frames.arguments(), "golden model", None);
-        case = Some(Case::new(&frames.scene, source, &*built, &mut progress)?);
-    }
-    let each = methods.par_iter().zip(there).map(|(method, there)| {
-        let run = match (there, &case) {
-            (None, Some(case)) => kept
-                .play(&method.machine(count), frames, case)?
-                .map(|json| Run::read(&json).expect("a report has all that is read of it")),
-            (there, _) => there,
-        };
-        kept.done(1);
-        Ok(run.map(|run| (*method, run)))
-    });
-    let runs: Option<Vec<(Method, Run)>> = each.collect::<anyhow::Result<_>>()?;
-    Ok(runs.map(|runs| Entry { figure: *figure, frames: frames.clone(), runs }))
+    let machines: Vec<_> = methods.iter().map(|method| method.machine(frames.count())).collect();
+    let runs = kept.play_all(&machines, frames, Run::read)?;
+    Ok(runs.map(|runs| Entry {
+        figure: *figure,
+        frames: frames.clone(),
+        runs: methods.iter().copied().zip(runs).collect(),
+    }))
 }

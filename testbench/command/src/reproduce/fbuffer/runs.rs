@@ -4,10 +4,6 @@ use super::plan::{Buffer, Figure, PASSES, Planned};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::{Kept, Machine};
 use crate::reproduce::price::Price;
-use pellucid_hw::architecture;
-use pellucid_machine::architecture::settings;
-use pellucid_testbench::trial::Case;
-use rayon::prelude::*;
 use serde_json::Value as Json;
 
 /// Frames through one buffer.
@@ -89,53 +85,17 @@ impl Terms {
     }
 }
 
-/// Plays what no file has yet; nothing if a model is at fault, or an image or a count wrong.
+/// Plays what no file has yet; nothing if a model is at fault, or an image or a count wrong. Buffers of all sizes blend alike.
 ///
 /// # Errors
 /// Frames cannot be read, or a file not be written.
 pub fn play(planned: &Planned, kept: &Kept) -> anyhow::Result<Option<Entry>> {
     let Planned { figure, frames, buffers } = planned;
     let machines: Vec<Machine> = buffers.iter().map(|buffer| buffer.machine()).collect();
-    let runs = play_each(frames, &machines, Run::read, kept)?;
+    let runs = kept.play_all(&machines, frames, Run::read)?;
     Ok(runs.map(|runs| Entry {
         figure: *figure,
         frames: frames.clone(),
         runs: buffers.iter().copied().zip(runs).collect(),
     }))
-}
-
-/// The same for machines that blend alike: what `read` takes of each report.
-///
-/// # Errors
-/// As [`play`].
-pub fn play_each<R: Send>(
-    frames: &Frames,
-    machines: &[Machine],
-    read: fn(&Json) -> Option<R>,
-    kept: &Kept,
-) -> anyhow::Result<Option<Vec<R>>> {
-    let there: Vec<Option<R>> =
-        machines.iter().map(|machine| kept.get(machine, frames, read)).collect();
-    let mut case = None;
-    if there.iter().any(Option::is_none) {
-        let source = frames.open()?;
-        // Machines that run one program with as many targets blend alike, whatever the size of their buffer.
-        let machine = &machines[0];
-        let arch = architecture(machine.arch)?;
-        let with = settings(&machine.settings);
-        let built = arch.build(source.screen(), machine.preset, &with)?;
-        let mut progress = kept.progress(frames.arguments(), "golden model", None);
-        case = Some(Case::new(&frames.scene, source, &*built, &mut progress)?);
-    }
-    let each = machines.par_iter().zip(there).map(|(machine, there)| {
-        let run = match (there, &case) {
-            (None, Some(case)) => kept
-                .play(machine, frames, case)?
-                .map(|json| read(&json).expect("a report has all that is read of it")),
-            (there, _) => there,
-        };
-        kept.done(1);
-        Ok(run)
-    });
-    each.collect()
 }

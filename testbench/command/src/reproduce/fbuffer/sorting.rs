@@ -1,6 +1,5 @@
 //! Section 5.1: fragments are sorted in the F-buffer, as many as it has places for, or more.
 
-use super::runs;
 use crate::reproduce::claims::{Claim, Verdict};
 use crate::reproduce::frames::Frames;
 use crate::reproduce::kept::{Kept, Machine};
@@ -98,7 +97,7 @@ impl Run {
 /// Frames cannot be read, or a file not be written.
 pub fn play(plan: Vec<Sorted>, kept: &Kept) -> anyhow::Result<Option<Vec<(Sorted, Run)>>> {
     let each = plan.into_par_iter().map(|sorted| {
-        let runs = runs::play_each(&sorted.frames, &[sorted.machine()], Run::read, kept)?;
+        let runs = kept.play_all(&[sorted.machine()], &sorted.frames, Run::read)?;
         Ok(runs.and_then(|mut runs| runs.pop()).map(|run| (sorted, run)))
     });
     each.collect()
