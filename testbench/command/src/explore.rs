@@ -12,20 +12,22 @@ mod space;
 mod standing;
 mod study;
 mod work;
+mod workers;
 
 use super::sequence::Opened;
 use super::{quoted, say, tell};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use comfy_table::Table;
 use designs::{Design, Searcher};
 use pellucid_machine::params::{did_you_mean, nearest};
 use pellucid_machine::pixel::Screen;
-use pellucid_testbench::output::OutputFolder;
+use pellucid_testbench::output::{OutputFolder, create_dir};
 use pellucid_testbench::progress::Progress;
 use pellucid_testbench::source::Source;
 use pellucid_testbench::trial::Case;
 use points::{Points, Status, figures};
+use rayon::ThreadPoolBuilder;
 use reading::{File, StudyError};
 use standing::{Standing, small, standings};
 use std::collections::BTreeSet;
@@ -34,6 +36,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use study::{Method, Study};
 use work::{Candidate, Share, Work};
+use workers::Workers;
 
 /// A study that says what can stand in one.
 const EXAMPLE: &str = include_str!("explore/example.toml");
@@ -60,6 +63,13 @@ pub(super) struct ExploreArgs {
     /// book. `search` of the study does not count
     #[arg(long)]
     ask_tell: bool,
+    /// Let these run the points, each a share of them, with `pellucid run-point`; all must see the folder of points. What was
+    /// stopped goes on with the same command
+    #[arg(long, value_enum, value_name = "SCHEDULER", conflicts_with_all = ["front", "ask_tell"])]
+    workers: Option<Workers>,
+    /// How many shares the points are cut into for workers: many more than there are workers keep all of them busy to the end
+    #[arg(long, default_value_t = 64, value_name = "NUMBER", requires = "workers", value_parser = clap::value_parser!(u16).range(1..))]
+    shares: u16,
     /// Print nothing but errors and warnings
     #[arg(long, short)]
     quiet: bool,
@@ -67,6 +77,8 @@ pub(super) struct ExploreArgs {
 
 /// How often results are written while work goes on.
 const EVERY: Duration = Duration::from_secs(10);
+/// The folder for what workers say, in the folder of results.
+const LOG: &str = "shares";
 
 #[derive(Args)]
 pub(super) struct RunPointArgs {
@@ -79,6 +91,9 @@ pub(super) struct RunPointArgs {
     /// Which share of the points, as `3/16`; every share is run by somebody, in any order, more than once if need be
     #[arg(long, value_name = "NUMBER/SHARES")]
     share: Share,
+    /// How many points are run at the same time, each on a core
+    #[arg(long, default_value_t = 1, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: u16,
     /// Show no sign of progress
     #[arg(long, short)]
     quiet: bool,
@@ -87,21 +102,42 @@ pub(super) struct RunPointArgs {
 /// Runs a share of the points of a study; always done, since a point that fails is a result.
 pub(super) fn run_point(args: &RunPointArgs) -> anyhow::Result<bool> {
     let study = Study::read(&File::read(&args.study)?)?;
-    if study.search.method == Method::Genetic {
-        bail!(
-            "a genetic search waits for each generation: shares are for `grid`, `random` and `halton`"
-        );
-    }
-    let (_, sources, designs) = opened(&study)?;
+    let (mut searcher, sources, designs) = opened(&study)?;
     let points = Points::new(&args.points)?;
     let mut work = Work::new(&study, &points, sources);
-    designs.into_iter().for_each(|design| work.add(design));
+    // Of a search by generations, all that are kept and the first that is not.
+    generations(&study, &mut searcher, &mut work, designs, |_| Ok(()))?;
     work.keep_to(args.share);
-    work.run(args.quiet, |_| Ok(()))?;
+    let threads = ThreadPoolBuilder::new().num_threads(args.threads.into()).build();
+    threads
+        .context("this computer has no more threads")?
+        .install(|| work.run(args.quiet, |_| Ok(())))?;
     if !args.quiet {
         say(&format!("{} points were run.\n", work.run))?;
     }
     Ok(true)
+}
+
+/// Takes up the designs of a search, generation by generation: each has `run` done, and the next one comes if nothing is left
+/// to do of it.
+fn generations<'a>(
+    study: &Study,
+    searcher: &mut Searcher,
+    work: &mut Work<'a>,
+    mut designs: Vec<Design>,
+    run: impl Fn(&mut Work<'a>) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    while !designs.is_empty() {
+        designs.into_iter().for_each(|design| work.add(design));
+        run(work)?;
+        if work.left() > 0 {
+            break;
+        }
+        let candidates = &work.candidates;
+        designs =
+            searcher.next(|number| small(study, &Standing::of(study, &candidates[number])))?;
+    }
+    Ok(())
 }
 
 /// A study that is right, with its scenes and its first designs.
@@ -124,7 +160,7 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
         return Ok(true);
     };
     let study = Study::read(&File::read(path)?)?;
-    let (mut searcher, sources, mut designs) = opened(&study)?;
+    let (mut searcher, sources, designs) = opened(&study)?;
 
     let _folder = OutputFolder::claim(&args.out)?;
     let folder = args.points.clone().unwrap_or_else(|| args.out.join("points"));
@@ -164,17 +200,22 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
         write(&work.candidates, &standings(&study, &work.candidates))?;
         return Ok(true);
     }
-    while !designs.is_empty() {
-        designs.into_iter().for_each(|design| work.add(design));
-        if !args.front {
-            work.run(args.quiet, seen)?;
-        } else if work.left() > 0 {
-            break;
+    generations(&study, &mut searcher, &mut work, designs, |work| match args.workers {
+        _ if args.front || work.left() == 0 => Ok(()),
+        None => work.run(args.quiet, seen),
+        Some(workers) => {
+            let log = args.out.join(LOG);
+            create_dir(&log)?;
+            let shares = work.points().min(args.shares.into());
+            let mut child = workers.start(path, &folder, shares, &log)?;
+            let ended = || {
+                let status = child.try_wait().context("the workers cannot be waited for")?;
+                Ok(status.is_some())
+            };
+            work.wait(ended, args.quiet, seen)
         }
-        let candidates = &work.candidates;
-        designs =
-            searcher.next(|number| small(&study, &Standing::of(&study, &candidates[number])))?;
-    }
+    })?;
+    let left = if args.front { 0 } else { work.left() };
     let (found, asked) = (work.candidates.len(), study.search.designs);
     if study.search.method != Method::Grid && found < asked && !args.front {
         tell(&format!("note: only {found} different designs were found, and not {asked}"));
@@ -191,11 +232,18 @@ pub(super) fn explore(args: &ExploreArgs) -> anyhow::Result<bool> {
     for candidate in work.candidates.iter().filter(|candidate| wrong(candidate)) {
         tell(&format!("error: {}: the result is wrong", candidate.design.choice.name));
     }
+    if left > 0 {
+        tell(&format!(
+            "error: {} not run: the shares that failed have said why in `{}`; the same command goes on",
+            number(left, "point") + if left == 1 { " was" } else { " were" },
+            args.out.join(LOG).display()
+        ));
+    }
     let any = standings.iter().any(|(_, front)| *front);
-    if !any && !args.front {
+    if !any && left == 0 && !args.front {
         tell("error: no design is left: see `reason` in points.csv");
     }
-    Ok(any && !work.candidates.iter().any(wrong))
+    Ok(any && left == 0 && !work.candidates.iter().any(wrong))
 }
 
 /// So many of something.

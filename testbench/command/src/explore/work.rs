@@ -17,6 +17,7 @@ use serde_json::Value as Json;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 /// A design with what came of it on every scene.
 pub struct Candidate {
@@ -31,6 +32,9 @@ pub struct Candidate {
     /// For each scene what came of it; nothing as long as it has not been run.
     pub outcomes: Vec<Option<Outcome>>,
 }
+
+/// How often it is looked what others have done.
+const LOOK: Duration = Duration::from_millis(200);
 
 /// One run that is to be done.
 struct Task {
@@ -155,9 +159,48 @@ impl Work<'_> {
         self.tasks.retain(|task| share.has(task.candidate * scenes + task.scene));
     }
 
+    /// How many points there are.
+    pub fn points(&self) -> usize {
+        self.candidates.len() * self.study.scenes.len()
+    }
+
     /// How many points are left to do.
     pub fn left(&self) -> usize {
         self.tasks.len()
+    }
+
+    /// Waits until those who do what is left have `ended`, and takes up what they have done; `seen` is called after each look.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn wait(
+        &mut self,
+        mut ended: impl FnMut() -> anyhow::Result<bool>,
+        quiet: bool,
+        seen: impl Fn(&[Candidate]) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
+        let mut progress = Progress::new("points", Some(self.left() as u64), quiet);
+        loop {
+            let (last, start) = (ended()?, Instant::now());
+            let before = self.left();
+            self.tasks.retain(|task| {
+                let outcome = self.points.get(&task.key);
+                let done = outcome.is_some();
+                if done {
+                    self.candidates[task.candidate].outcomes[task.scene] = outcome;
+                }
+                !done
+            });
+            let done = before - self.left();
+            self.run += done;
+            progress.steps(done as u64);
+            seen(&self.candidates)?;
+            if last {
+                return Ok(());
+            }
+            // What takes long is not done often.
+            std::thread::sleep(LOOK.max(20 * start.elapsed()));
+        }
     }
 
     /// Does what is left, the scenes with the fewest items first; `seen` is called after each point.

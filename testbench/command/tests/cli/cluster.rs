@@ -3,15 +3,43 @@
 use super::explore::{STUDY, write};
 use super::tools::have;
 use super::*;
-use std::process::Stdio;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-/// Every point of the study is in the folder `shared`.
+/// `explore` by workers, in 4 shares.
+fn by(folder: &Path, workers: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_pellucid"));
+    command
+        .args([
+            "explore",
+            "study.toml",
+            "--points",
+            "shared",
+            "--workers",
+            workers,
+            "--shares",
+            "4",
+        ])
+        .current_dir(folder)
+        .env("HOME", folder)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// What workers have left is what this process alone leaves.
 #[track_caller]
-fn all_are_kept(folder: &Path) {
-    let args = ["explore", "study.toml", "--points", "shared"];
-    let all = exact(pellucid(folder, &args));
-    assert!(stdout(&all).contains(" 0 points were run, "), "{}", stdout(&all));
+fn as_alone(folder: &Path, text: &str) {
+    let rows = |out: &str| fs::read_to_string(folder.join(out).join("points.csv")).unwrap();
+    let workers = rows("pellucid-explore");
+    write(folder, text);
+    let args = ["explore", "study.toml", "--out", "alone", "--points", "other", "--quiet"];
+    exact(pellucid(folder, &args));
+    assert_eq!(workers.replace("shared/", "other/"), rows("alone"));
+    let kept = exact(pellucid(folder, &["explore", "study.toml", "--points", "shared"]));
+    assert!(stdout(&kept).contains(" 0 points were run, "), "{}", stdout(&kept));
 }
 
 #[test]
@@ -20,17 +48,25 @@ fn gnu_parallel_runs_a_study() {
         return;
     }
     let folder = folder();
-    write(folder.path(), STUDY);
-    let output = Command::new("parallel")
-        .args(["--will-cite", "--joblog", "jobs", env!("CARGO_BIN_EXE_pellucid"), "run-point"])
-        .args(["study.toml", "--points", "shared", "--share", "{}/4", ":::", "1", "2", "3", "4"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    let jobs = fs::read_to_string(folder.path().join("jobs")).unwrap();
+    // By generations, each of which waits for the one before.
+    let text = STUDY
+        .replace("[1, 3]", "[1, 2, 3, 4, 5, 8]")
+        .replace("[16, 2048]", "{ from = 16, to = 2048, steps = 8, scale = \"log2\" }")
+        + "[search]\nmethod = \"genetic\"\ndesigns = 36\nseed = 3\n";
+    write(folder.path(), &text);
+    let all = exact(by(folder.path(), "parallel").output().unwrap());
+    assert!(stdout(&all).contains(" points were run, 0 were kept"), "{}", stdout(&all));
+    // The log is that of the last generation.
+    let jobs = fs::read_to_string(folder.path().join("pellucid-explore/shares/jobs.tsv")).unwrap();
     assert_eq!(jobs.lines().count(), 5, "{jobs}");
-    all_are_kept(folder.path());
+    as_alone(folder.path(), &text);
+}
+
+/// Ends a process, and all that it has started.
+fn kill(mut process: Child) {
+    let group = format!("-{}", process.id());
+    assert!(Command::new("kill").args(["-KILL", "--", &group]).status().unwrap().success());
+    process.wait().unwrap();
 }
 
 /// How many points are kept.
@@ -42,7 +78,7 @@ fn kept(folder: &Path) -> usize {
         .count()
 }
 
-/// A server and two workers are killed while they are at it, and started again.
+/// A server and its workers are killed while they are at it, and started again.
 #[test]
 fn hyperqueue_runs_a_study() {
     let there = Command::new("python3").args(["-c", "import hyperqueue"]).output();
@@ -52,27 +88,55 @@ fn hyperqueue_runs_a_study() {
     }
     let folder = folder();
     write(folder.path(), STUDY);
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies/by_hyperqueue.py");
-    let start = || {
-        Command::new("python3")
-            .arg(&script)
-            .args(["study.toml", "shared", "--workers", "2", "--shares", "8"])
-            .args(["--pellucid", env!("CARGO_BIN_EXE_pellucid")])
-            .current_dir(folder.path())
-            .env("HOME", folder.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
-    };
-    let mut first = start();
+    let mut first = by(folder.path(), "hyperqueue").process_group(0).spawn().unwrap();
     while kept(folder.path()) == 0 {
         assert!(first.try_wait().unwrap().is_none(), "it ended without a point");
         std::thread::sleep(Duration::from_millis(20));
     }
-    first.kill().unwrap();
-    first.wait().unwrap();
-    let output = start().wait_with_output().unwrap();
-    assert!(output.status.success(), "{}", stderr(&output));
-    all_are_kept(folder.path());
+    kill(first);
+    exact(by(folder.path(), "hyperqueue").output().unwrap());
+    as_alone(folder.path(), STUDY);
+}
+
+/// A stand-in for `sbatch` runs the tasks of an array job, all but one; then that one, too.
+#[test]
+fn an_array_job_runs_a_study() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let sbatch = folder.path().join("sbatch");
+    let script = r#"#!/bin/sh
+echo "$@" >> sbatch.args
+for word in "$@"; do
+  case "$word" in
+    --array=1-*) last=${word#--array=1-} ;;
+    --wrap=*) line=${word#--wrap=} ;;
+  esac
+done
+for SLURM_ARRAY_TASK_ID in $(seq "$last"); do
+  export SLURM_ARRAY_TASK_ID
+  [ "$SLURM_ARRAY_TASK_ID" = "$OUT" ] || sh -c "$line" || exit 1
+done
+[ -z "$OUT" ]
+"#;
+    fs::write(&sbatch, script).unwrap();
+    fs::set_permissions(&sbatch, fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let run = |out: &str| by(folder.path(), "slurm").env("PATH", &path).env("OUT", out).output();
+    let lacking = run("2").unwrap();
+    assert_eq!(lacking.status.code(), Some(1));
+    let error = stderr(&lacking);
+    assert!(error.contains("points were not run") && error.contains("shares"), "{error}");
+    exact(run("").unwrap());
+    let asked = fs::read_to_string(folder.path().join("sbatch.args")).unwrap();
+    assert_eq!(asked.matches("--wait --job-name=pellucid").count(), 2, "{asked}");
+    as_alone(folder.path(), STUDY);
+}
+
+#[test]
+fn workers_that_are_not_there_are_named() {
+    let folder = folder();
+    write(folder.path(), STUDY);
+    let output = by(folder.path(), "slurm").env("PATH", folder.path()).output().unwrap();
+    let error = stderr(&output);
+    assert!(error.contains("needs the command `sbatch`, which is not installed"), "{error}");
 }
