@@ -48,15 +48,20 @@ pub fn escaped(text: &str) -> String {
     safe
 }
 
+/// The bytes of a PNG as an address that needs no file.
+pub fn png_data(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
+
 /// A picture with a caption.
 ///
 /// # Errors
 /// The picture cannot be encoded.
 pub fn figure(image: &Image, caption: &str) -> io::Result<String> {
-    let data = STANDARD.encode(image.png()?);
+    let data = png_data(&image.png()?);
     let caption = escaped(caption);
     Ok(format!(
-        "<figure>\n<img src=\"data:image/png;base64,{data}\" width=\"{}\" alt=\"{caption}\"/>\n\
+        "<figure>\n<img src=\"{data}\" width=\"{}\" alt=\"{caption}\"/>\n\
          <figcaption>{caption}</figcaption>\n</figure>\n",
         image.width
     ))

@@ -224,13 +224,13 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Writes a file of text.
+/// Writes a file.
 ///
 /// # Errors
 /// It cannot be written.
-pub fn put(path: &Path, text: &str) -> Result<(), OutputError> {
+pub fn put(path: &Path, content: impl AsRef<[u8]>) -> Result<(), OutputError> {
     let mut file = AtomicFile::create(path)?;
-    file.write_all(text.as_bytes()).map_err(|e| OutputError::write(path, &e))?;
+    file.write_all(content.as_ref()).map_err(|e| OutputError::write(path, &e))?;
     file.finish()
 }
 

@@ -257,7 +257,9 @@ fn lock(view: &Mutex<View>) -> MutexGuard<'_, View> {
 fn set_up(view: &View, layout: &Layout, path: &Path) -> Result<(), OutputError> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into();
     let view = View { stem, ..view.clone() };
-    view.write(layout, path.parent().unwrap_or(Path::new("")), create_dir, put)
+    view.write(layout, path.parent().unwrap_or(Path::new("")), create_dir, |path, text| {
+        put(path, text)
+    })
 }
 
 /// Removes what an earlier run that was stopped left beside its waveform.

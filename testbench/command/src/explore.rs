@@ -5,6 +5,8 @@ mod designs;
 mod dialogue;
 mod genetic;
 mod page;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod points;
 mod reading;
 mod results;

@@ -146,7 +146,11 @@ function pin(design) {
     make("h3", {}, section, one.name);
     if (one.out !== null) make("p", {}, section, `Out: ${one.out}`);
     make("p", {}, section, DATA.objectives.map((objective, k) => `${objective.name}: ${written(quantities[k].of(one))}`).join("; "));
-    one.commands.forEach((command) => make("pre", {}, section, command));
+    one.commands.forEach((command, k) => {
+      make("pre", {}, section, command);
+      const data = DATA.images[one.images[k]];
+      if (data) make("img", { src: data, alt: `${one.name} on ${DATA.scenes[k]}` }, section);
+    });
     const last = [...pinned].at(-2);
     if (last && one === [...pinned].at(-1) && last.files[0] && one.files[0]) {
       make("p", {}, section, "Why they differ:");

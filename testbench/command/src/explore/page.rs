@@ -6,7 +6,7 @@ use super::standing::{Standing, objectives};
 use super::study::Study;
 use super::work::Candidate;
 use pellucid_hw::ARCHITECTURES;
-use pellucid_testbench::html::{self, escaped};
+use pellucid_testbench::html::{self, escaped, png_data};
 use pellucid_testbench::plots;
 use serde_json::{Value as Json, json};
 use std::collections::{HashMap, HashSet};
@@ -15,6 +15,9 @@ use std::collections::{HashMap, HashSet};
 const SCRIPT: &str = include_str!("page.js");
 /// How its parts look.
 const STYLE: &str = include_str!("page.css");
+
+/// How much of a page images may take, in bytes.
+const MOST_IMAGES: usize = 16 << 20;
 
 /// What stands before a browser has drawn anything.
 const BODY: &str = r#"<h2>Front</h2>
@@ -117,6 +120,7 @@ fn data(
             "commands": candidate.commands,
             "files": candidate.files.iter().map(|file| file.as_ref().map(|file| file.display().to_string())).collect::<Vec<_>>(),
             "figures": each.collect::<Vec<_>>(),
+            "images": candidate.outcomes.iter().map(|outcome| outcome.as_ref()?.image.clone()).collect::<Vec<_>>(),
         })
     });
     let objectives = study.objectives.iter().map(|objective| {
@@ -129,5 +133,32 @@ fn data(
         "objectives": objectives.collect::<Vec<_>>(),
         "figures": figures.collect::<Vec<_>>(),
         "designs": designs.collect::<Vec<_>>(),
+        "images": images(points, candidates, standings),
     })
+}
+
+/// The images of designs, each once: of those on the front first, then of others that are in, as many as there is room for.
+fn images(
+    points: &Points,
+    candidates: &[Candidate],
+    standings: &[(Standing, bool)],
+) -> HashMap<String, String> {
+    let those = |which: &'static dyn Fn(&(Standing, bool)) -> bool| {
+        let those = candidates.iter().zip(standings).filter(move |(_, standing)| which(standing));
+        those.flat_map(|(candidate, _)| candidate.outcomes.iter().flatten())
+    };
+    let all = those(&|(_, front)| *front)
+        .chain(those(&|(standing, front)| !front && matches!(standing, Standing::In(_))))
+        .chain(those(&|(standing, _)| matches!(standing, Standing::Out { .. })));
+    let (mut images, mut room) = (HashMap::new(), MOST_IMAGES);
+    for name in all.filter_map(|outcome| outcome.image.as_ref()) {
+        if images.contains_key(name) {
+            continue;
+        }
+        let Some(data) = points.image(name).map(|png| png_data(&png)) else { continue };
+        let Some(rest) = room.checked_sub(data.len()) else { break };
+        room = rest;
+        images.insert(name.clone(), data);
+    }
+    images
 }

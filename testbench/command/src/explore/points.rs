@@ -3,6 +3,7 @@
 
 use anyhow::Context;
 use pellucid_machine::params::Value;
+use pellucid_testbench::image::Image;
 use pellucid_testbench::output::{OutputError, create_dir, put};
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -58,12 +59,14 @@ pub struct Outcome {
     pub reason: String,
     /// All figures that are one number, `group.name`, in the order of the report.
     pub figures: Vec<(String, f64)>,
+    /// The file with its image, in the folder of points; of several frames with the last one.
+    pub image: Option<String>,
 }
 
 impl Outcome {
     /// One that was not run to the end.
     pub fn without(status: Status, reason: String) -> Outcome {
-        Outcome { status, reason, figures: vec![] }
+        Outcome { status, reason, figures: vec![], image: None }
     }
 
     /// Of that name.
@@ -172,7 +175,8 @@ impl Points {
         let status = STATUSES.iter().find(|(name, _)| json["status"] == *name)?.1;
         let reason = json["reason"].as_str()?.to_string();
         let figures = figures(&json["report"]);
-        (json["key"] == key.what).then_some(Outcome { status, reason, figures })
+        let image = json["image"].as_str().map(str::to_string);
+        (json["key"] == key.what).then_some(Outcome { status, reason, figures, image })
     }
 
     /// Keeps a point with its report, whole or not at all. What is said of the figures is kept once.
@@ -189,11 +193,34 @@ impl Points {
         if let Some(Json::Object(about)) = report.as_object_mut().and_then(|r| r.remove("about")) {
             self.tell(about)?;
         }
-        let Outcome { status, reason, .. } = outcome;
+        let Outcome { status, reason, image, .. } = outcome;
         let json = json!({
-            "key": key.what, "command": command, "status": status.name(), "reason": reason, "report": report,
+            "key": key.what, "command": command, "status": status.name(), "reason": reason, "image": image,
+            "report": report,
         });
         put(&self.path(key), &format!("{json}\n"))
+    }
+
+    /// Keeps an image, once for all points that have it; its file.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn keep(&self, image: &Image) -> Result<String, OutputError> {
+        let mut hasher = Sha256::new();
+        hasher.update(image.width.to_le_bytes());
+        image.pixels.iter().for_each(|pixel| hasher.update(pixel.to_le_bytes()));
+        let name = format!("images/{}.png", &hex(&hasher.finalize())[..32]);
+        let path = self.folder.join(&name);
+        if !path.exists() {
+            create_dir(&self.folder.join("images"))?;
+            image.write_png(&path)?;
+        }
+        Ok(name)
+    }
+
+    /// An image that is kept, as PNG.
+    pub fn image(&self, name: &str) -> Option<Vec<u8>> {
+        fs::read(self.folder.join(name)).ok()
     }
 
     /// Adds what is said of figures.
@@ -247,6 +274,7 @@ mod tests {
     fn a_point_is_found_again_unless_something_differs() {
         let folder = tempfile::tempdir().unwrap();
         let points = Points::new(folder.path()).unwrap();
+        let image = Image { width: 2, height: 1, pixels: vec![0x00ff_0000, 0x0000_00ff] };
         let mesh = folder.path().join("mesh.obj");
         fs::write(&mesh, "v 0 0 0\n").unwrap();
         let mesh = mesh.to_str().unwrap();
@@ -260,12 +288,18 @@ mod tests {
             status: Status::Lossy,
             reason: "3 dropped".into(),
             figures: vec![("cycles.total".to_string(), 12.0), ("cycles.rate".to_string(), 0.5)],
+            image: Some(points.keep(&image).unwrap()),
         };
         assert_eq!(figures(&report), outcome.figures);
         assert_eq!(points.get(&key), None);
         points.put(&key, "pellucid run", &outcome, report).unwrap();
         assert_eq!(points.get(&key).as_ref(), Some(&outcome));
         assert_eq!(outcome.figure("cycles.rate"), Some(0.5));
+        // The same image once, whoever has it.
+        assert_eq!(points.keep(&image).unwrap(), *outcome.image.as_ref().unwrap());
+        assert_eq!(points.image(outcome.image.as_ref().unwrap()), Some(image.png().unwrap()));
+        let turned = Image { width: 1, height: 2, ..image };
+        assert_ne!(points.keep(&turned).unwrap(), *outcome.image.as_ref().unwrap());
         let again = Points::new(folder.path()).unwrap();
         assert_eq!(again.about("cycles.total"), ["cycles", "All."]);
         let other = [("n".to_string(), Value::Number(4))];

@@ -14,10 +14,12 @@ use serde_json::{Map, Value as Json, json};
 use std::path::Path;
 
 /// Files, and what they are.
-pub const FILES: [(&str, &str); 4] = [
+pub const FILES: &[(&str, &str)] = &[
     ("explore.html", "fronts, parameters and all designs, for a browser"),
     ("points.csv", "a row for each point"),
     ("points.jsonl", "the same as JSON lines"),
+    #[cfg(feature = "parquet")]
+    ("points.parquet", "the same as Parquet"),
     ("columns.json", "unit and meaning of each column"),
 ];
 
@@ -51,10 +53,18 @@ pub fn write(
     let rows = rows(study, candidates, standings);
     let columns = columns(&rows);
     let about: Map<String, Json> = columns.iter().map(|c| (c.clone(), about(c, points))).collect();
-    put(&folder.join("columns.json"), &format!("{:#}\n", Json::Object(about)))?;
+    let about = Json::Object(about);
+    put(&folder.join("columns.json"), &format!("{about:#}\n"))?;
     put(&folder.join("points.csv"), &csv(&columns, &rows))?;
     let lines: String = rows.iter().map(|row| format!("{}\n", Json::Object(row.clone()))).collect();
     put(&folder.join("points.jsonl"), &lines)?;
+    #[cfg(feature = "parquet")]
+    {
+        let path = folder.join("points.parquet");
+        let bytes = super::parquet::file(&columns, &rows, &about)
+            .map_err(|error| OutputError::write(&path, &std::io::Error::other(error)))?;
+        put(&path, &bytes)?;
+    }
     put(&folder.join("explore.html"), &page(command, study, points, candidates, standings))
 }
 
@@ -71,7 +81,7 @@ fn rows(
         let points = study.scenes.iter().zip(&candidate.outcomes);
         let points = points.zip(&candidate.commands).zip(&candidate.files);
         for (((scene, outcome), command), file) in points {
-            let Some(Outcome { status, reason, figures }) = outcome else { continue };
+            let Some(Outcome { status, reason, figures, .. }) = outcome else { continue };
             let fixed = [
                 json!(number),
                 json!(scene.arguments()),

@@ -237,7 +237,7 @@ impl Work<'_> {
         let points = self.points;
         // Taken one by one, so that they are done in their order.
         let done = prepared.into_iter().par_bridge().try_for_each(|(task, case)| {
-            let (outcome, report) = outcome(&task, &case)?;
+            let (outcome, report) = outcome(&task, &case, points)?;
             // A thread that panicked while it held the state has ended the work anyway.
             let Ok(mut state) = state.lock() else { return Ok(()) };
             let (all, candidates) = &mut *state;
@@ -262,13 +262,13 @@ fn command(design: &Design, scene: &Scene) -> String {
     run_command(arch.name, Some(preset), settings, &scene.arguments())
 }
 
-/// Runs a point: what came of it, and the report.
+/// Runs a point: what came of it, and the report. Its image is kept.
 ///
 /// # Errors
-/// The frame cannot be read.
-fn outcome(task: &Task, case: &Case) -> Result<(Outcome, Json), BenchError> {
+/// The frame cannot be read, or the image not be written.
+fn outcome(task: &Task, case: &Case, points: &Points) -> Result<(Outcome, Json), BenchError> {
     let mut progress = Progress::new("", None, true);
-    let Trial { verdict, report, .. } =
+    let Trial { verdict, report, images, .. } =
         match case.run(task.arch, &*task.machine, None, &mut progress) {
             Ok(trial) => trial,
             Err(error @ (BenchError::Source(_) | BenchError::Output(_))) => return Err(error),
@@ -284,5 +284,6 @@ fn outcome(task: &Task, case: &Case) -> Result<(Outcome, Json), BenchError> {
     };
     let report = report.json();
     let reason = verdict.faults().into_iter().next().unwrap_or_default();
-    Ok((Outcome { status, reason, figures: figures(&report) }, report))
+    let image = images.last().map(|image| points.keep(image)).transpose()?;
+    Ok((Outcome { status, reason, figures: figures(&report), image }, report))
 }

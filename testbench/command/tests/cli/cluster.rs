@@ -1,6 +1,6 @@
 //! Schedulers from outside run the points of a study: their jobs share a folder.
 
-use super::explore::{STUDY, write};
+use super::explore::{STUDY, kept, write};
 use super::tools::have;
 use super::*;
 use std::os::unix::fs::PermissionsExt;
@@ -69,15 +69,6 @@ fn kill(mut process: Child) {
     process.wait().unwrap();
 }
 
-/// How many points are kept.
-fn kept(folder: &Path) -> usize {
-    let Ok(programs) = fs::read_dir(folder.join("shared")) else { return 0 };
-    let files = programs.filter_map(|folder| fs::read_dir(folder.unwrap().path()).ok()).flatten();
-    files
-        .filter(|file| file.as_ref().unwrap().path().extension().is_some_and(|e| e == "json"))
-        .count()
-}
-
 /// A server and its workers are killed while they are at it, and started again.
 #[test]
 fn hyperqueue_runs_a_study() {
@@ -89,7 +80,7 @@ fn hyperqueue_runs_a_study() {
     let folder = folder();
     write(folder.path(), STUDY);
     let mut first = by(folder.path(), "hyperqueue").process_group(0).spawn().unwrap();
-    while kept(folder.path()) == 0 {
+    while kept(&folder.path().join("shared")) == 0 {
         assert!(first.try_wait().unwrap().is_none(), "it ended without a point");
         std::thread::sleep(Duration::from_millis(20));
     }

@@ -1,6 +1,7 @@
 //! `explore`: studies.
 
 use super::*;
+use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -46,6 +47,15 @@ pub fn write(folder: &Path, text: &str) -> PathBuf {
 
 pub fn explore(folder: &Path, args: &[&str]) -> Output {
     pellucid(folder, &[&["explore", "study.toml", "--quiet"], args].concat())
+}
+
+/// How many points a folder of points has.
+pub fn kept(points: &Path) -> usize {
+    let Ok(programs) = fs::read_dir(points) else { return 0 };
+    let files = programs.filter_map(|folder| fs::read_dir(folder.unwrap().path()).ok()).flatten();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    // Beside a file that says what figures are.
+    names.filter(|name| name.ends_with(".json") && name != "figures.json").count()
 }
 
 /// The rows that a study has left.
@@ -130,17 +140,14 @@ fn points_are_kept() {
     write(folder.path(), STUDY);
     let out = |name: &str| folder.path().join(name);
     exact(explore(folder.path(), &["--points", "kept", "--out", "a"]));
-    let points = fs::read_dir(fs::read_dir(out("kept")).unwrap().next().unwrap().unwrap().path());
-    let count = points.unwrap().count();
+    let count = kept(&out("kept"));
     let say = |study: &str, args: &[&str]| {
         write(folder.path(), study);
         let output = pellucid(folder.path(), &[&["explore", "study.toml"], args].concat());
         stdout(&exact(output)).to_string()
     };
-    // All but the file that says what figures are.
-    let kept = format!("0 points were run, {} were kept", count - 1);
     let again = say(STUDY, &["--points", "kept", "--out", "b"]);
-    assert!(again.contains(&kept), "{again}");
+    assert!(again.contains(&format!("0 points were run, {count} were kept")), "{again}");
     for name in ["points.csv", "points.jsonl", "columns.json"] {
         assert_eq!(fs::read(out("a").join(name)).unwrap(), fs::read(out("b").join(name)).unwrap());
     }
@@ -157,12 +164,7 @@ fn points_are_kept() {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let done = || {
-        let program = fs::read_dir(out("killed")).ok()?.next()?.ok()?.path();
-        let names = fs::read_dir(program).ok()?.flatten().map(|entry| entry.file_name());
-        Some(names.filter(|name| !name.to_string_lossy().starts_with('.')).count())
-    };
-    while done().is_none_or(|done| done < 2) && child.try_wait().unwrap().is_none() {
+    while kept(&out("killed")) == 0 && child.try_wait().unwrap().is_none() {
         sleep(Duration::from_millis(2));
     }
     child.kill().unwrap();
@@ -322,6 +324,42 @@ fn pandas_loads_points() {
                 r = p[p.status == 'right']; print(len(p), len(r), int(r['cycles.total'].sum()))";
     let output = python(code).unwrap();
     assert_eq!(stdout(&output).trim(), format!("{} {} {total}", rows.len(), right.count()));
+}
+
+/// The script of the book draws a mark for each design that is right on every scene.
+#[test]
+fn a_script_plots_points() {
+    let folder = folder();
+    let python =
+        |args: &[&str]| Command::new("python3").args(args).current_dir(folder.path()).output();
+    if !python(&["-c", "import pandas, matplotlib"]).is_ok_and(|output| output.status.success()) {
+        println!("skipped: python3 with pandas and matplotlib is not installed");
+        return;
+    }
+    write(folder.path(), STUDY);
+    exact(explore(folder.path(), &[]));
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/studies/plots.py");
+    let args = [script, "pellucid-explore", "cycles.total", "storage.on_chip_bytes"];
+    exact(python(&args).unwrap());
+    let out = folder.path().join("pellucid-explore");
+    let mut designs: BTreeMap<u64, bool> = BTreeMap::new();
+    for row in rows(&out) {
+        *designs.entry(row["design"].as_u64().unwrap()).or_insert(true) &= row["status"] == "right";
+    }
+    let front = fs::read_to_string(out.join("front.svg")).unwrap();
+    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
+    let front = Document::parse_with_options(&front, options).unwrap();
+    let within = |node: &Node, what: &str| {
+        node.ancestors().any(|above| above.attribute("id").is_some_and(|id| id.starts_with(what)))
+    };
+    let marks = front.descendants().filter(|node| {
+        node.tag_name().name() == "use" && within(node, "PathCollection") && !within(node, "legend")
+    });
+    assert_eq!(marks.count(), designs.values().filter(|right| **right).count());
+    let effects = fs::read_to_string(out.join("effects.svg")).unwrap();
+    assert!(effects.contains("<!-- dfb: index -->"), "{effects}");
+    let output = python(&[script, "pellucid-explore", "cycles.total", "bytes"]).unwrap();
+    assert_eq!(stderr(&output), "error: `bytes` is no column of pellucid-explore/points.csv\n");
 }
 
 /// Shares in any order, by several processes at once, one of them killed and run again: together they are the study.

@@ -3,6 +3,7 @@
 use super::explore::{STUDY, explore, write};
 use super::tools::have;
 use super::*;
+use pellucid_testbench::html::png_data;
 use roxmltree::{Document, ParsingOptions};
 use serde_json::json;
 
@@ -21,6 +22,7 @@ dot.dispatchEvent(mouse("mouseleave", 50));
 seen.gone = getComputedStyle(document.getElementById("tip")).display;
 dot.dispatchEvent(mouse("click", 50));
 seen.pinned = all("#pinned section h3").map((head) => head.textContent);
+seen.images = all("#pinned img").map((image) => image.src);
 seen.commands = all("#pinned pre").map((command) => command.textContent);
 all("#pinned button")[0].click();
 seen.unpinned = all("#pinned section").length;
@@ -93,6 +95,14 @@ fn a_browser_shows_fronts_and_designs() {
     let pinned = seen["pinned"][0].as_str().unwrap();
     let design = designs.iter().find(|design| design.front && design.name == pinned).unwrap();
     assert_eq!(seen["commands"], json!(design.commands));
+    // With the image that each of its commands makes.
+    let images = design.commands.iter().map(|command| {
+        let words = command.as_str().unwrap().strip_prefix("pellucid ").unwrap();
+        let words: Vec<&str> = words.split(' ').chain(["--no-wave", "--quiet"]).collect();
+        exact(pellucid(folder.path(), &words));
+        png_data(&fs::read(folder.path().join("pellucid-out/image.png")).unwrap())
+    });
+    assert_eq!(seen["images"], json!(images.collect::<Vec<_>>()));
     assert_eq!(seen["tip"][0], "block");
     let tip = seen["tip"][1].as_str().unwrap();
     let arch = pinned.split(':').next().unwrap();
