@@ -102,7 +102,7 @@ impl MachineArgs {
         over: &[Setting],
     ) -> anyhow::Result<Box<dyn Model>> {
         let mut given = self.given()?;
-        given.parameters.extend(frames_of(given.arch()?, frames));
+        given.parameters.extend(frames_of(given.arch()?, frames, &given.parameters)?);
         given.parameters.extend(over.iter().cloned());
         given.build(screen)
     }
@@ -183,12 +183,26 @@ pub(super) fn plain(name: &str, value: &str) -> Setting {
 }
 
 /// How many frames a run has, for a machine that makes one image of several.
-fn frames_of(arch: &Architecture, frames: u32) -> Option<Setting> {
-    (frames > 1 && accumulates(arch)).then(|| Setting {
-        name: FRAMES.to_string(),
-        value: frames.to_string(),
-        origin: format!("--frames {frames}"),
-    })
+///
+/// # Errors
+/// What is given says something else.
+fn frames_of(
+    arch: &Architecture,
+    frames: u32,
+    given: &[Setting],
+) -> anyhow::Result<Option<Setting>> {
+    if frames == 1 || !accumulates(arch) {
+        return Ok(None);
+    }
+    let value = frames.to_string();
+    let other = given.iter().rfind(|setting| setting.name == FRAMES);
+    if let Some(other) = other.filter(|other| other.value != value) {
+        bail!(
+            "--frames {frames} and parameter `{FRAMES}` {} are both given: expected one of them",
+            other.value
+        );
+    }
+    Ok(Some(Setting { name: FRAMES.into(), value, origin: format!("--frames {frames}") }))
 }
 
 /// Whether machines of an architecture make one image of several frames.
@@ -361,7 +375,7 @@ impl Choice {
         over: &[Setting],
     ) -> anyhow::Result<Box<dyn Model>> {
         let mut settings = self.settings.clone();
-        settings.extend(frames_of(self.arch, frames));
+        settings.extend(frames_of(self.arch, frames, &settings)?);
         settings.extend(over.iter().cloned());
         build(self.arch, screen, Some(&self.preset), &settings, |error| match error {
             SettingError::Setting { .. } => error.into(),

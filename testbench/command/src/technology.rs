@@ -13,23 +13,28 @@ use std::path::PathBuf;
 pub(super) struct TechnologyArgs {
     /// The technology of memories on the chip, in nm: 45, 32 or 22, or one of --sram
     #[arg(long, value_name = "NM", default_value_t = Technology::NODE, allow_hyphen_values = true)]
-    node: u32,
+    pub(super) node: u32,
     /// A table of memories on the chip in place of the one of CACTI 7: a CSV file, see the book
     #[arg(long, value_name = "FILE.csv")]
-    sram: Option<PathBuf>,
+    pub(super) sram: Option<PathBuf>,
 }
 
 impl TechnologyArgs {
-    /// The technology.
+    /// The technology that the command line names.
     pub(super) fn open(&self) -> anyhow::Result<Technology> {
+        self.read().map_err(|error| match error {
+            error @ TableError::Node { .. } => anyhow!("--node {}: {error}", self.node),
+            error => error.into(),
+        })
+    }
+
+    /// The technology.
+    pub(super) fn read(&self) -> Result<Technology, TableError> {
         let table = match &self.sram {
             Some(path) => Table::open(path)?,
             None => Table::shipped(),
         };
-        Technology::new(&table, self.node).map_err(|error| match error {
-            error @ TableError::Node { .. } => anyhow!("--node {}: {error}", self.node),
-            error => error.into(),
-        })
+        Technology::new(&table, self.node)
     }
 
     /// What is given of it, as a shell takes it.

@@ -133,18 +133,25 @@ impl Points {
         others.map(|path| fs::read_dir(path).map_or(0, Iterator::count)).sum()
     }
 
-    /// The key of a machine with these values on a scene of these arguments. Of files that are named the content counts.
-    pub fn key(&self, arch: &str, values: &[(String, Value)], scene: &str, file: &str) -> Key {
+    /// The key of a machine with these values on a scene of these arguments. Of these files, and of those that values name, the
+    /// content counts.
+    pub fn key<'a>(
+        &self,
+        arch: &str,
+        values: &'a [(String, Value)],
+        scene: &str,
+        files: impl IntoIterator<Item = &'a Path>,
+    ) -> Key {
         let config: Map<String, Json> =
             values.iter().map(|(name, value)| (name.clone(), json!(value.to_string()))).collect();
         let texts = values.iter().filter_map(|(_, value)| match value {
-            Value::Text(text) => Some(text.as_str()),
+            Value::Text(text) => Some(Path::new(text)),
             Value::Number(_) | Value::Choice(_) => None,
         });
-        let files: Map<String, Json> = [file]
+        let files: Map<String, Json> = files
             .into_iter()
             .chain(texts)
-            .filter_map(|file| Some((file.to_string(), json!(self.of_file(Path::new(file))?))))
+            .filter_map(|file| Some((file.display().to_string(), json!(self.of_file(file)?))))
             .collect();
         let program = &self.program;
         let what = json!({ "program": program, "arch": arch, "config": config, "scene": scene, "files": files });
@@ -277,9 +284,9 @@ mod tests {
         let image = Image { width: 2, height: 1, pixels: vec![0x00ff_0000, 0x0000_00ff] };
         let mesh = folder.path().join("mesh.obj");
         fs::write(&mesh, "v 0 0 0\n").unwrap();
-        let mesh = mesh.to_str().unwrap();
+        let files = [&*mesh];
         let values = [("n".to_string(), Value::Number(3))];
-        let key = points.key("tbuffer", &values, "--width 4", mesh);
+        let key = points.key("tbuffer", &values, "--width 4", files);
         let report = json!({
             "arch": "tbuffer", "config": { "n": 3 }, "cycles": { "total": 12, "rate": 0.5 }, "frames": [1],
             "about": { "cycles.total": { "unit": "cycles", "about": "All." } },
@@ -304,16 +311,16 @@ mod tests {
         assert_eq!(again.about("cycles.total"), ["cycles", "All."]);
         let other = [("n".to_string(), Value::Number(4))];
         for key in [
-            points.key("rbuffer", &values, "--width 4", mesh),
-            points.key("tbuffer", &other, "--width 4", mesh),
-            points.key("tbuffer", &values, "--width 5", mesh),
+            points.key("rbuffer", &values, "--width 4", files),
+            points.key("tbuffer", &other, "--width 4", files),
+            points.key("tbuffer", &values, "--width 5", files),
         ] {
             assert_eq!(points.get(&key), None);
         }
         // Another content of the same file.
-        fs::write(mesh, "v 0 0 1\n").unwrap();
+        fs::write(&mesh, "v 0 0 1\n").unwrap();
         let points = Points::new(folder.path()).unwrap();
-        assert_eq!(points.get(&points.key("tbuffer", &values, "--width 4", mesh)), None);
+        assert_eq!(points.get(&points.key("tbuffer", &values, "--width 4", files)), None);
         // One that is damaged is none.
         fs::write(points.path(&key), "{").unwrap();
         assert_eq!(points.get(&key), None);

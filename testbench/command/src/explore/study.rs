@@ -4,10 +4,14 @@ use super::criteria::{Constraint, Objective};
 use super::reading::{File, Section, StudyError, expected};
 use super::space::{Axis, Values, axes};
 use crate::sequence::{Opened, SequenceArgs, frames};
+use crate::technology::TechnologyArgs;
 use crate::{ViewArgs, instances, quoted, side};
 use pellucid_hw::architecture;
 use pellucid_machine::Architecture;
+use pellucid_testbench::costs::Technology;
+use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 use toml::de::DeValue;
 
 /// See the module's description.
@@ -22,6 +26,9 @@ pub struct Study {
     pub objectives: Vec<Objective>,
     /// How designs are found.
     pub search: Search,
+    /// Of memories on the chip.
+    pub technology: Arc<Technology>,
+    technology_args: TechnologyArgs,
 }
 
 /// A scene, as `run` takes it.
@@ -85,6 +92,7 @@ impl Study {
         let constraints = table.take("constraints");
         let objectives = table.take("objectives");
         let search = table.take("search");
+        let technology = table.take("technology");
         let start = table.span.clone();
         table.end()?;
         for (what, is_empty) in [("scene", scenes.is_empty()), ("machine", machines.is_empty())] {
@@ -121,7 +129,21 @@ impl Study {
             Some(table) => Search::read(Section::of(file, "search", table)?)?,
             None => Search { method: Method::Grid, designs: MOST_DESIGNS, seed: 0 },
         };
-        Ok(Study { scenes, families, constraints, objectives, search })
+        let technology = technology.map(|table| Section::of(file, "technology", table));
+        let (technology_args, technology) = technology_of(technology.transpose()?)?;
+        let technology = Arc::new(technology);
+        Ok(Study { scenes, families, constraints, objectives, search, technology, technology_args })
+    }
+
+    /// What `run` is told of the scene and the technology, as a shell takes it.
+    pub fn arguments(&self, scene: &Scene) -> String {
+        let technology = self.technology_args.given();
+        [vec![scene.arguments()], technology].concat().join(" ")
+    }
+
+    /// The files that a point on the scene depends on, but for those that its parameters name.
+    pub fn files<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = &'a Path> {
+        [Path::new(&scene.name)].into_iter().chain(self.technology_args.sram.as_deref())
     }
 }
 
@@ -201,6 +223,20 @@ impl Family {
         axes.insert(0, preset);
         Ok(Family { arch, place, axes })
     }
+}
+
+/// The technology that a section names, and as `run` is told of it.
+fn technology_of(section: Option<Section>) -> Result<(TechnologyArgs, Technology), StudyError> {
+    let mut args = TechnologyArgs { node: Technology::NODE, sram: None };
+    let Some(mut section) = section else { return Ok((args, Technology::default())) };
+    let place = section.file.place(&section.span);
+    args.sram = section.parse("sram", |text| Ok(text.into()))?;
+    args.node = section.parse("node", parsed)?.unwrap_or(args.node);
+    section.end()?;
+    let technology = args.read();
+    let technology =
+        technology.map_err(|error| StudyError::Line { place, problem: error.to_string() })?;
+    Ok((args, technology))
 }
 
 impl Search {

@@ -99,7 +99,7 @@ impl Work<'_> {
         let (scenes, number) = (&self.study.scenes, self.candidates.len());
         let mut candidate = Candidate {
             values: vec![],
-            commands: scenes.iter().map(|scene| command(&design, scene)).collect(),
+            commands: scenes.iter().map(|scene| command(&design, self.study, scene)).collect(),
             files: vec![None; scenes.len()],
             outcomes: vec![],
             design,
@@ -110,7 +110,8 @@ impl Work<'_> {
                 Ok(machine) => {
                     let choice = &candidate.design.choice;
                     let (arch, values) = (choice.arch.name, choice.values(&*machine));
-                    let key = self.points.key(arch, &values, &scene.arguments(), &scene.name);
+                    let arguments = self.study.arguments(scene);
+                    let key = self.points.key(arch, &values, &arguments, self.study.files(scene));
                     candidate.values = machine.values();
                     candidate.files[k] = Some(self.points.path(&key));
                     let kept = self.points.get(&key);
@@ -222,7 +223,8 @@ impl Work<'_> {
             let mut progress =
                 Progress::among(&bars, scene.name.clone(), "golden model", None, quiet);
             let each = tasks.into_iter().map(|task| {
-                let case = frames.of(&*task.machine, &mut progress)?;
+                let mut case = frames.of(&*task.machine, &mut progress)?;
+                case.technology = self.study.technology.clone();
                 let choice = &candidates[task.candidate].design.choice;
                 let machine = choice.with_room(task.machine, &case);
                 Ok((Task { machine, ..task }, case))
@@ -256,10 +258,10 @@ impl Work<'_> {
 }
 
 /// The command that does the same as a point.
-fn command(design: &Design, scene: &Scene) -> String {
+fn command(design: &Design, study: &Study, scene: &Scene) -> String {
     let Choice { arch, preset, settings, .. } = &design.choice;
     let settings = settings.iter().map(|setting| (&*setting.name, &*setting.value));
-    run_command(arch.name, Some(preset), settings, &scene.arguments())
+    run_command(arch.name, Some(preset), settings, &study.arguments(scene))
 }
 
 /// Runs a point: what came of it, and the report. Its image is kept.

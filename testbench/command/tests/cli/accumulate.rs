@@ -119,6 +119,10 @@ fn what_cannot_be_accumulated_is_refused() {
             "-p frames=0: parameter `frames` is `0`: expected a whole number from 1 to 1024",
         ),
         (
+            &["--frames", "4", "-p", "frames=8"],
+            "--frames 4 and parameter `frames` 8 are both given: expected one of them",
+        ),
+        (
             &["-p", "branching=3"],
             "-p branching=3: parameter `branching` is `3`: expected 2, 4, or up to 10 of these level by level, as in \
              `2,4`",

@@ -37,6 +37,9 @@ index = ["up", "down"]
 [objectives]
 "cycles.total" = { goal = "min", scenes = "sum" }
 "storage.on_chip_bytes" = { goal = "min", scenes = "max" }
+
+[technology]
+node = 45
 "#;
 
 pub fn write(folder: &Path, text: &str) -> PathBuf {
@@ -277,6 +280,14 @@ fn what_is_wrong_with_a_study_is_said_with_its_line() {
         (
             &format!("[[scene]]\nscene = \"smoke\"\nframes = 2\n{machine}"),
             "`study.toml`, line 1: `smoke` is one frame alone, 2 are asked for",
+        ),
+        (
+            &format!("{scene}{machine}[technology]\nnode = 33\n"),
+            "`study.toml`, line 7: unknown node `33`; known are `22`, `32`, `45` (nm, of CACTI 7)",
+        ),
+        (
+            &format!("{scene}{machine}[technology]\nnod = 32\n"),
+            "`study.toml`, line 8: unknown key `technology.nod` (did you mean `node`?)",
         ),
     ] {
         write(folder.path(), study);
