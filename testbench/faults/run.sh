@@ -17,7 +17,7 @@ cd "$copy/tree"
 export CARGO_TARGET_DIR=$root/target/faults CARGO_INCREMENTAL=1 CARGO_PROFILE_TEST_DEBUG=0 CARGO_PROFILE_DEV_DEBUG=0
 
 # What is run, one after the other until a fault is found: what is built in a moment first.
-architectures="-p pellucid-tbuffer -p pellucid-rbuffer -p pellucid-mbuffer -p pellucid-composer -p pellucid-dfb -p pellucid-b3d -p pellucid-ppll -p pellucid-fbuffer"
+architectures="-p pellucid-tbuffer -p pellucid-rbuffer -p pellucid-mbuffer -p pellucid-composer -p pellucid-dfb -p pellucid-b3d -p pellucid-ppll -p pellucid-fbuffer -p pellucid-accumulate"
 stages=("-p pellucid-sim" "-p pellucid-machine -p pellucid-blocks $architectures --lib" "-p pellucid-properties"
     "$architectures --test machine" "-p pellucid --test machine")
 

@@ -82,9 +82,10 @@ fn input(inputs: &[Signal], name: &str) -> Option<Wire> {
     Some((format!("inputs[{at} +: {bits}]"), bits))
 }
 
-/// The output whose name ends so.
+/// The output whose name ends so: the shortest, as a part of the machine that shares the port may have one, too.
 fn output(outputs: &[Signal], name: &str) -> Option<Wire> {
-    let port = outputs.iter().find(|port| port.name.ends_with(name))?;
+    let those = outputs.iter().filter(|port| port.name.ends_with(name));
+    let port = those.min_by_key(|port| port.name.len())?;
     Some((port.name.clone(), port.width))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!              +-----------------------------+
-//!  frame ----->| Tree or Sums                |       +------+
+//!  frame ----->| Tree, Sums or Planes        |       +------+
 //!  (colours)   |   ^                         |------>| Fifo |---> image (colours)
 //!  ready <-----| number of pixel and frame   |       +------+
 //!              +-----------------------------+
@@ -12,8 +12,10 @@
 
 use crate::colour::{Pixel, packed, unpacked};
 use crate::config::{Config, Method};
+use crate::planes::{self, Planes};
 use crate::sums::{self, Sums};
-use crate::tree::{self, Tree};
+use crate::tree::{self, MOST_LEVELS, Tree};
+use pellucid_machine::outside::{self, Request};
 use pellucid_machine::pixel::COLOUR_BITS;
 use pellucid_sim::{Block, Fifo, Memory, Registers, Signals, Stream, fifo, rtl};
 
@@ -26,19 +28,25 @@ pub struct State {
     /// The pixel that comes next.
     #[width(cfg.screen.pixel_bits())]
     pub pixel: u32,
-    /// Its frame, by number within its image.
+    /// Its frame, by number within its image; with planes outside [`planes`] has it.
     #[width(cfg.frame_bits())]
+    #[exists(!cfg.outside())]
     pub frame: u32,
     /// See [`tree`].
     #[with(cfg.tree)]
     #[block(Tree)]
-    #[exists(cfg.method() == Method::Tree)]
+    #[exists(cfg.has_tree())]
     pub tree: tree::State,
     /// See [`sums`].
     #[with(cfg.sums)]
     #[block(Sums)]
-    #[exists(cfg.method() != Method::Tree)]
+    #[exists(cfg.has_sums())]
     pub sums: sums::State,
+    /// See [`planes`].
+    #[with(*cfg)]
+    #[block(Planes)]
+    #[exists(cfg.outside())]
+    pub planes: planes::State,
     /// Pixels of the image.
     #[with(cfg.queue().depth)]
     #[block(Fifo<u32>, cfg.queue())]
@@ -53,6 +61,10 @@ pub struct In {
     pub frame: Stream<u32>,
     /// The display takes a pixel.
     pub image_ready: bool,
+    /// What the outside memory shows.
+    #[with(cfg.plane_port())]
+    #[exists(cfg.outside())]
+    pub memory: outside::In,
 }
 
 /// Outputs of registers.
@@ -70,9 +82,10 @@ pub struct Moore {
 /// Outputs.
 #[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
-    /// Levels whose node gives a pixel of its result.
-    #[width(cfg.levels())]
-    pub merges: u32,
+    /// The node of each level that gives a pixel of its result.
+    #[with(cfg.merge(k as u32))]
+    #[len(cfg.levels())]
+    pub nodes: [Merge; MOST_LEVELS],
     /// Levels whose node gives the last pixel of it.
     #[width(cfg.levels())]
     pub merged: u32,
@@ -80,8 +93,36 @@ pub struct Out {
     pub comes: bool,
     /// A node's own sweep goes on by a pixel.
     pub sweeps: bool,
+    /// What is asked of the outside memory.
+    #[with(cfg.plane_port())]
+    #[exists(cfg.outside())]
+    pub request: Stream<Request>,
     /// What happened.
     pub events: Events,
+}
+
+/// Bits of [`Merge`].
+#[derive(Clone, Copy, Debug)]
+pub struct MergeConfig {
+    number_bits: u32,
+    frame_bits: u32,
+}
+
+/// Which node merges what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(MergeConfig)]
+pub struct Merge {
+    /// It gives a pixel of its result.
+    pub valid: bool,
+    /// Its number in its level, from the first frames on.
+    #[width(cfg.number_bits)]
+    pub number: u32,
+    /// The first frame of which it is the mean, by number within the image.
+    #[width(cfg.frame_bits)]
+    pub first: u32,
+    /// The last one.
+    #[width(cfg.frame_bits)]
+    pub last: u32,
 }
 
 /// What happened in a cycle, one wire each.
@@ -100,12 +141,16 @@ pub struct Events {
 pub struct Mem {
     /// See [`tree`].
     #[block(Tree, cfg.tree)]
-    #[exists(cfg.method() == Method::Tree)]
+    #[exists(cfg.has_tree())]
     pub tree: tree::Mem,
     /// See [`sums`].
     #[block(Sums, cfg.sums)]
-    #[exists(cfg.method() != Method::Tree)]
+    #[exists(cfg.has_sums())]
     pub sums: sums::Mem,
+    /// See [`planes`].
+    #[block(Planes, *cfg)]
+    #[exists(cfg.outside())]
+    pub planes: planes::Mem,
     /// Pixels of the image.
     #[block(Fifo<u32>, cfg.queue())]
     pub queue: <Fifo<u32> as Block>::Mem,
@@ -115,11 +160,45 @@ pub struct Mem {
 const WAITING: u32 = 2;
 
 impl Config {
+    /// There is a tree of planes on the chip.
+    fn has_tree(&self) -> bool {
+        self.method() == Method::Tree && !self.outside()
+    }
+    /// There is a plane of sums there.
+    fn has_sums(&self) -> bool {
+        self.method() != Method::Tree && !self.outside()
+    }
+    fn merge(&self, level: u32) -> MergeConfig {
+        let number_bits = self.tree.level(level).number_bits();
+        MergeConfig { number_bits, frame_bits: self.frame_bits() }
+    }
+    /// Frames below a node of a level.
+    fn frames_of(&self, level: u32) -> u32 {
+        (0..=level).map(|k| self.tree.level(k).node.inputs).product()
+    }
     /// Room for all that is under way, so that nothing stalls.
     fn queue(&self) -> fifo::Config<u32> {
-        let latency = if self.method() == Method::Tree { self.tree.latency() } else { 1 };
+        let latency = if self.has_tree() {
+            self.tree.latency()
+        } else if self.outside() {
+            0
+        } else {
+            1
+        };
         fifo::Config { depth: WAITING + 1 + latency, item: COLOUR_BITS }
     }
+}
+
+/// What the node `number` of a level merges.
+#[inline(always)]
+#[rtl]
+fn merge(cfg: &Config, level: &u32, number: u32) -> Merge {
+    let first = number * cfg.frames_of(*level);
+    let mut last = cfg.frames() - 1;
+    if number < cfg.tree.level(*level).nodes - 1 {
+        last = first + (cfg.frames_of(*level) - 1);
+    }
+    Merge { valid: true, number, first, last }
 }
 
 #[rtl(
@@ -127,7 +206,8 @@ impl Config {
     check(Accumulator, crate::test_util::small(&[("frames", "4"), ("schedule", "nodes")])),
     check(Accumulator, crate::test_util::small(&[("frames", "3"), ("method", "buffer")])),
     check(Accumulator, crate::test_util::small(&[("frames", "3"), ("method", "blend")])),
-    check(Accumulator, crate::test_util::small(&[("frames", "5"), ("weights", "triangle")]))
+    check(Accumulator, crate::test_util::small(&[("frames", "5"), ("weights", "triangle")])),
+    check(Accumulator, crate::test_util::outside(&[("frames", "4")]))
 )]
 impl Block for Accumulator {
     type Config = Config;
@@ -142,7 +222,11 @@ impl Block for Accumulator {
         let queue = Fifo::<u32>::moore(&cfg.queue(), &q.queue, &m.queue);
         let mut ready = queue.count <= WAITING;
         let mut busy = q.pixel != 0;
-        if cfg.method() == Method::Tree {
+        if cfg.outside() {
+            let planes = Planes::moore(cfg, &q.planes, &m.planes);
+            ready = planes.ready;
+            busy |= planes.busy;
+        } else if cfg.has_tree() {
             let tree = Tree::moore(&cfg.tree, &q.tree, &m.tree);
             ready &= tree.ready;
             busy |= tree.busy;
@@ -156,34 +240,55 @@ impl Block for Accumulator {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let queue = Fifo::<u32>::moore(&cfg.queue(), &q.queue, &m.queue);
         let Stream { valid: comes, payload: rgb } = i.frame;
-        let closes = q.frame == cfg.frames() - 1;
         let last = q.pixel == cfg.screen.pixels() - 1;
         let frame_in = comes && last;
         if comes {
             d.pixel = if last { 0 } else { q.pixel + 1 };
         }
-        if frame_in {
-            d.frame = if closes { 0 } else { q.frame + 1 };
-        }
 
-        let colour = unpacked(&cfg.fraction_bits(), rgb);
-        let frame = Stream { valid: comes, payload: Pixel { pixel: q.pixel, closes, colour } };
-        let out = if cfg.method() == Method::Tree {
-            let to_tree = tree::In { frame, image_ready: queue.count <= WAITING };
-            Tree::next(&cfg.tree, &q.tree, &mut d.tree, &mut m.tree, to_tree)
+        let image_ready = queue.count <= WAITING;
+        let mut request = Stream::idle();
+        let (mut merges, mut merged, mut sweeps) = (0, 0, false);
+        let mut numbers = [0; MOST_LEVELS];
+        let image = if cfg.outside() {
+            let to_planes = planes::In { frame: i.frame, image_ready, memory: i.memory };
+            let out = Planes::next(cfg, &q.planes, &mut d.planes, &mut m.planes, to_planes);
+            request = out.request;
+            (merges, merged, sweeps) = (out.merges, out.merged, out.sweeps);
+            numbers = out.nodes;
+            out.image
         } else {
-            let image = Sums::moore(&cfg.sums, &q.sums, &m.sums).image;
-            let to_sums = sums::In { frame, opens: q.frame == 0 };
-            Sums::next(&cfg.sums, &q.sums, &mut d.sums, &mut m.sums, to_sums);
-            tree::Out { image, merges: 0, merged: 0, sweeps: false }
+            let closes = q.frame == cfg.frames() - 1;
+            if frame_in {
+                d.frame = if closes { 0 } else { q.frame + 1 };
+            }
+            let colour = unpacked(&cfg.fraction_bits(), rgb);
+            let frame = Stream { valid: comes, payload: Pixel { pixel: q.pixel, closes, colour } };
+            if cfg.has_tree() {
+                let to_tree = tree::In { frame, image_ready };
+                let out = Tree::next(&cfg.tree, &q.tree, &mut d.tree, &mut m.tree, to_tree);
+                (merges, merged, sweeps) = (out.merges, out.merged, out.sweeps);
+                numbers = out.nodes;
+                out.image
+            } else {
+                let image = Sums::moore(&cfg.sums, &q.sums, &m.sums).image;
+                let to_sums = sums::In { frame, opens: q.frame == 0 };
+                Sums::next(&cfg.sums, &q.sums, &mut d.sums, &mut m.sums, to_sums);
+                image
+            }
         };
-        let tree::Out { image, merges, merged, sweeps } = out;
+        let mut nodes = [Merge::default(); MOST_LEVELS];
+        for k in 0..cfg.levels() {
+            if merges >> k & 1 != 0 {
+                nodes[k as usize] = merge(cfg, &k, numbers[k as usize]);
+            }
+        }
         let push = Stream { valid: image.valid, payload: packed(image.payload.colour) };
         let to_queue = fifo::In { push, pop: i.image_ready };
         Fifo::<u32>::next(&cfg.queue(), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         let image_done = image.valid && image.payload.pixel == cfg.screen.pixels() - 1;
         let events = Events { frame_in, node_done: merged != 0, image_done };
-        Out { merges, merged, comes, sweeps, events }
+        Out { nodes, merged, comes, sweeps, request, events }
     }
 }
 

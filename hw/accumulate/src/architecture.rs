@@ -26,8 +26,18 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("frames", "5"), ("branching", "4"), ("weights", "gaussian"), ("schedule", "nodes")],
         &[("frames", "2"), ("method", "buffer")],
         &[("frames", "2"), ("method", "blend")],
+        &[("frames", "4"), ("planes", "outside")],
+        &[
+            ("frames", "7"),
+            ("planes", "outside"),
+            ("schedule", "nodes"),
+            ("branching", "4,2"),
+            ("weights", "box"),
+        ],
+        &[("frames", "3"), ("planes", "outside"), ("method", "buffer"), ("sum_bits", "24")],
     ],
     tight: &[
+        ("reads_in_flight", "4"),
         ("tbuffer.sections", "40"),
         ("tbuffer.outside_sections", "400"),
         ("tbuffer.section_capacity", "2"),
@@ -53,6 +63,11 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("tree", weights) => (any, weights),
         _ => (any, "none"),
     };
+    // Few sections on chip and enough outside, or all on chip.
+    let (sections, outside) = match draw(0..=3) {
+        0 => (needs.fragments, 0),
+        _ => (draw(1..=30), needs.fragments),
+    };
     vec![
         ("frames", frames.to_string()),
         ("method", method.to_string()),
@@ -63,8 +78,12 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("plane_bits", draw(8..=16).to_string()),
         ("weights", weights.to_string()),
         ("weight_bits", draw(1..=16).to_string()),
-        ("tbuffer.sections", draw(1..=30).to_string()),
-        ("tbuffer.outside_sections", needs.fragments.to_string()),
+        ("planes", one_of(draw, &["on_chip", "outside"]).to_string()),
+        ("reads_in_flight", draw(1..=9).to_string()),
+        ("tbuffer.sections", sections.to_string()),
+        ("tbuffer.outside_sections", outside.to_string()),
+        ("tbuffer.outside_latency", draw(1..=20).to_string()),
+        ("tbuffer.ssa", one_of(draw, &["on_chip", "cached"]).to_string()),
         ("tbuffer.sorter_depth", draw(1..=9).to_string()),
     ]
 }

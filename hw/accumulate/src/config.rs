@@ -4,7 +4,9 @@ use crate::branching::Branching;
 use crate::node::Node;
 use crate::weights::{Weights, edges};
 use crate::{bound, golden, level, sums, tree};
+use pellucid_blocks::arbiter::{self, Policy};
 use pellucid_machine::accumulation::{Accumulation, Channel};
+use pellucid_machine::outside::{self, Outside, Table};
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{choice, parameters};
@@ -38,6 +40,16 @@ choice! {
     }
 }
 
+choice! {
+    /// Where planes lie.
+    pub enum Place {
+        /// On the chip.
+        OnChip = "on_chip",
+        /// In outside memory.
+        Outside = "outside",
+    }
+}
+
 parameters! {
     /// What a user chooses.
     pub struct Params {
@@ -59,6 +71,10 @@ parameters! {
         weights: Weights = Weights::None, "", ();
         /// Bits of the weights of a node's inputs (method=tree, with weights).
         weight_bits: u32 = 8, "bits", 1..=16;
+        /// Where planes lie, and the top: on chip, or in outside memory behind what the T-buffer has there.
+        planes: Place = Place::OnChip, "", ();
+        /// Reads of planes under way at once (planes=outside).
+        reads_in_flight: u32 = 64, "reads", 1..=4096;
         part tbuffer: tbuffer::Params;
     }
 }
@@ -176,7 +192,77 @@ impl Config {
     pub fn levels(&self) -> u32 {
         if self.method() == Method::Tree { self.tree.count } else { 0 }
     }
-    /// Planes on the chip.
+    /// There is a plane for what is merged next.
+    pub fn has_top(&self) -> bool {
+        self.method() == Method::Tree && self.tree.has_top()
+    }
+    /// Bits of a channel in planes.
+    pub fn channel_bits(&self) -> u32 {
+        if self.method() == Method::Tree { self.tree.plane_bits } else { self.sums.bits }
+    }
+    /// Planes lie outside; never where there are none.
+    pub fn outside(&self) -> bool {
+        self.params.planes == Place::Outside && self.planes() > 0
+    }
+    /// The planes' part of the outside memory, a pixel a word.
+    pub fn plane_port(&self) -> outside::Config {
+        let words = self.planes() * self.screen.pixels();
+        outside::Config { words, bits: self.port().bits }
+    }
+    /// The port to outside memory: to what the T-buffer has there, and to the planes behind it.
+    pub fn port(&self) -> outside::Config {
+        let tbuffer = self.tbuffer.chains.port();
+        if self.shares() {
+            self.arbiter().memory()
+        } else if self.outside() {
+            let words = self.planes() * self.screen.pixels();
+            outside::Config { words, bits: 3 * self.channel_bits() }
+        } else {
+            tbuffer
+        }
+    }
+    /// T-buffer and planes take turns at it.
+    pub fn shares(&self) -> bool {
+        self.outside() && self.tbuffer.chains.port().exists()
+    }
+    /// The arbiter between them, in this order.
+    pub fn arbiter(&self) -> arbiter::Config {
+        if !self.shares() {
+            return arbiter::Config::NONE;
+        }
+        let tbuffer = self.tbuffer.chains.port();
+        arbiter::Config {
+            words: [tbuffer.words, self.planes() * self.screen.pixels(), 0, 0],
+            bits: tbuffer.bits.max(3 * self.channel_bits()),
+            policy: Policy::RoundRobin,
+            reads_in_flight: self.params.tbuffer.reads_in_flight + self.params.reads_in_flight,
+        }
+    }
+    /// The memory behind the port.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let tbuffer = self.tbuffer.chains.outside_memory().map(|of| of.within("tbuffer.chains"));
+        let mut tables = tbuffer.map_or(vec![], |of| of.tables);
+        if self.outside() {
+            let (words, bits) = (self.screen.pixels(), 3 * self.channel_bits());
+            let table = |path| Table { path, words, bits };
+            tables.extend(self.plane_names().into_iter().map(table));
+        }
+        let latency = self.params.tbuffer.outside_latency;
+        self.port().exists().then_some(Outside { tables, latency })
+    }
+    /// The planes outside, in the order in which they lie there, called as those on chip are.
+    fn plane_names(&self) -> Vec<String> {
+        if self.method() != Method::Tree {
+            return vec!["accumulator.sums.plane.outside".to_string()];
+        }
+        let top = self.has_top().then(|| "accumulator.tree.top.outside".to_string());
+        let of_level = |level: u32| {
+            let planes = 0..self.tree.level(level).planes();
+            planes.map(move |k| format!("accumulator.tree.levels[{level}].planes[{k}].outside"))
+        };
+        top.into_iter().chain((0..self.levels()).flat_map(of_level)).collect()
+    }
+    /// Planes, on the chip or outside.
     pub fn planes(&self) -> u32 {
         if self.method() == Method::Tree {
             let levels = (0..self.levels()).map(|k| self.tree.level(k).planes());

@@ -50,9 +50,9 @@ impl Config {
     fn given(&self) -> Format {
         Format { closes: !self.root, ..self.format() }
     }
-    /// Bits of a node's number; none where all are alike.
-    fn number_bits(&self) -> u32 {
-        if self.node.weighted() { bits_for(u64::from(self.nodes - 1)) } else { 0 }
+    /// Bits of a node's number.
+    pub fn number_bits(&self) -> u32 {
+        if self.nodes > 1 { bits_for(u64::from(self.nodes - 1)) } else { 0 }
     }
     fn edge_bits(&self) -> u32 {
         if self.node.weighted() { self.node.weight_bits + 1 } else { 0 }
@@ -69,22 +69,67 @@ impl Config {
     }
 }
 
-/// Registers.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct State {
+/// Registers: how far the node at hand is.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(Config)]
+pub struct Fill {
     /// Planes that hold an input.
     #[width(cfg.filled_bits())]
     pub filled: u32,
     /// The node that is filled, by number.
     #[width(cfg.number_bits())]
     pub number: u32,
-    /// Planes that the node at hand reads.
-    #[width(cfg.merged_bits())]
-    pub merged: u32,
-    /// The weights of its inputs.
+    /// The weights of the inputs of the one that is merged.
     #[width(cfg.edge_bits())]
     #[len(cfg.node.inputs)]
     pub edges: [u32; MOST_INPUTS],
+}
+
+impl Fill {
+    /// Nothing waits.
+    pub const NONE: Fill = Fill { filled: 0, number: 0, edges: [0; MOST_INPUTS] };
+}
+
+/// The weights of the inputs of a node.
+#[inline(always)]
+#[rtl]
+pub fn edges(cfg: &Config, number: u32) -> [u32; MOST_INPUTS] {
+    let mut edges = [0; MOST_INPUTS];
+    if cfg.node.weighted() {
+        for node in 0..cfg.nodes {
+            if node == number {
+                for k in 0..cfg.node.inputs {
+                    edges[k as usize] = cfg.edge(node, k);
+                }
+            }
+        }
+    }
+    edges
+}
+
+/// Where a level is behind a sweep that merges a node, or fills a plane.
+#[inline(always)]
+#[rtl]
+pub fn swept(cfg: &Config, q: Fill, merges: bool, closes: bool) -> Fill {
+    let mut number = q.number;
+    if cfg.nodes > 1 && merges {
+        number = if closes { 0 } else { q.number + 1 };
+    }
+    Fill { filled: if merges { 0 } else { q.filled + 1 }, number, edges: q.edges }
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// How far the node at hand is.
+    #[with(*cfg)]
+    pub fill: Fill,
+    /// Planes that the node that is merged reads.
+    #[width(cfg.merged_bits())]
+    pub merged: u32,
+    /// The number of that node.
+    #[width(cfg.number_bits())]
+    pub node: u32,
     /// Its last input, while the others are read.
     #[with(cfg.given())]
     pub stage: Stream<Pixel>,
@@ -103,7 +148,10 @@ pub struct In {
 pub struct Moore {
     /// The next input is a node's last.
     pub full: bool,
-    /// A pixel of a node's result.
+    /// The node that gives its result, by number.
+    #[width(cfg.number_bits())]
+    pub node: u32,
+    /// A pixel of it.
     #[with(cfg.given())]
     pub result: Stream<Pixel>,
 }
@@ -132,7 +180,7 @@ impl Block for Level {
 
     fn reset(cfg: &Config) -> State {
         check_range("the inputs of an accumulation node", cfg.node.inputs, 2..=MOST_INPUTS as u32);
-        State { filled: 0, number: 0, merged: 0, edges: [0; MOST_INPUTS], stage: Stream::idle() }
+        State { fill: Fill::NONE, merged: 0, node: 0, stage: Stream::idle() }
     }
 
     fn memories(cfg: &Config) -> Mem {
@@ -156,47 +204,39 @@ impl Block for Level {
                 of[k as usize] = m.planes[k as usize].q().data;
             }
         }
-        let colour = mean(&cfg.node, of, q.edges);
+        let colour = mean(&cfg.node, of, q.fill.edges);
         let payload = Pixel { pixel: last.pixel, closes: last.closes, colour };
-        let full = q.filled == cfg.planes();
-        Moore { full, result: Stream { valid: q.stage.valid, payload } }
+        let full = q.fill.filled == cfg.planes();
+        Moore { full, node: q.node, result: Stream { valid: q.stage.valid, payload } }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let Pixel { pixel, closes, colour } = i.value.payload;
-        let merges = closes || q.filled == cfg.planes();
+        let merges = closes || q.fill.filled == cfg.planes();
         d.stage.valid = i.value.valid && merges;
         if i.value.valid {
             for k in 0..cfg.planes() {
                 if merges {
-                    if k < q.filled {
+                    if k < q.fill.filled {
                         m.planes[k as usize].read(pixel);
                     }
-                } else if k == q.filled {
+                } else if k == q.fill.filled {
                     m.planes[k as usize].write(pixel, colour);
                 }
             }
             if merges {
                 let closes = closes && !cfg.root;
                 d.stage.payload = Pixel { pixel, closes, colour };
-            }
-            if cfg.node.weighted() {
-                d.merged = q.filled;
-                if merges && pixel == 0 {
-                    for node in 0..cfg.nodes {
-                        if node == q.number {
-                            for k in 0..cfg.node.inputs {
-                                d.edges[k as usize] = cfg.edge(node, k);
-                            }
-                        }
-                    }
-                }
+                d.node = q.fill.number;
             }
             if pixel == cfg.pixels - 1 {
-                d.filled = if merges { 0 } else { q.filled + 1 };
-                if cfg.node.weighted() && merges {
-                    d.number = if closes { 0 } else { q.number + 1 };
+                d.fill = swept(cfg, q.fill, merges, closes);
+            }
+            if cfg.node.weighted() {
+                d.merged = q.fill.filled;
+                if merges && pixel == 0 {
+                    d.fill.edges = edges(cfg, q.fill.number);
                 }
             }
         }

@@ -19,6 +19,7 @@ pub mod golden;
 pub mod level;
 pub mod monitor;
 pub mod node;
+pub mod planes;
 pub mod sums;
 pub mod tree;
 pub mod weights;
@@ -29,9 +30,10 @@ mod test_util;
 use accumulator::Accumulator;
 use config::Config;
 use pellucid_blocks::allocator::Chosen;
+use pellucid_blocks::arbiter::{self, Arbiter};
 use pellucid_blocks::front::{self, Phase};
 use pellucid_machine::pixel::COLOUR_BITS;
-use pellucid_machine::{FragmentIn, InConfig, PhaseInfo};
+use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, rtl};
 use pellucid_tbuffer::TBuffer;
 
@@ -83,11 +85,20 @@ pub struct State {
     #[with(*cfg)]
     #[block(Accumulator)]
     pub accumulator: accumulator::State,
+    /// T-buffer and planes take turns at the port.
+    #[with(cfg.arbiter())]
+    #[exists(cfg.shares())]
+    #[block(Arbiter, cfg.arbiter())]
+    pub turns: arbiter::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
+    /// Whose words come.
+    #[block(Arbiter, cfg.arbiter())]
+    #[exists(cfg.shares())]
+    pub turns: arbiter::Mem,
     /// See [`pellucid_tbuffer`].
     #[block(TBuffer<Chosen>, cfg.tbuffer)]
     pub tbuffer: pellucid_tbuffer::Mem<Chosen>,
@@ -110,14 +121,21 @@ pub struct Out {
     /// What the accumulator did.
     #[with(*cfg)]
     pub accumulator: accumulator::Out,
+    /// The port to outside memory, where planes lie there; else the T-buffer's.
+    #[with(cfg.port())]
+    #[exists(cfg.outside())]
+    pub outside: outside::Wires,
 }
 
 #[rtl(
     name = "accumulate",
-    input = InConfig { screen: cfg.screen, outside: cfg.tbuffer.chains.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port() },
     moore = (),
     check(Accumulate, crate::test_util::small(&[("frames", "2")])),
-    check(Accumulate, crate::test_util::small(&[("frames", "2"), ("method", "buffer")]))
+    check(Accumulate, crate::test_util::small(&[("frames", "2"), ("method", "buffer")])),
+    check(Accumulate, crate::test_util::outside(&[("frames", "2"), ("method", "buffer"), ("sum_bits", "24")])),
+    check(Accumulate, crate::test_util::outside(&[("frames", "4"), ("tbuffer.outside_sections", "0")])),
+    check(Accumulate, crate::test_util::outside(&[("frames", "2"), ("tbuffer.outside_sections", "0"), ("tbuffer.ssa", "cached"), ("tbuffer.ssa_sets", "1")]))
 )]
 impl Block for Accumulate {
     type Config = Config;
@@ -132,8 +150,19 @@ impl Block for Accumulate {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: FragmentIn) -> Out {
         let given = Accumulator::moore(cfg, &q.accumulator, &m.accumulator);
+        // What T-buffer and planes see of the outside memory.
+        let (mut of_tbuffer, mut of_planes) = (i.outside, i.outside);
+        if cfg.shares() {
+            let turns = Arbiter::moore(&cfg.arbiter(), &q.turns, &m.turns);
+            of_tbuffer = arbiter::client(&0, turns, i.outside);
+            let word = of_tbuffer.response.payload;
+            of_tbuffer.response.payload = outside::cut(&cfg.tbuffer.chains.port(), word);
+            of_planes = arbiter::client(&1, turns, i.outside);
+        } else if cfg.outside() {
+            of_tbuffer = outside::In::default();
+        }
         let to_tbuffer =
-            FragmentIn { fragment: i.fragment, image_ready: given.ready, outside: i.outside };
+            FragmentIn { fragment: i.fragment, image_ready: given.ready, outside: of_tbuffer };
         let tbuffer = TBuffer::<Chosen>::next(
             &cfg.tbuffer,
             &q.tbuffer,
@@ -145,6 +174,7 @@ impl Block for Accumulate {
         let to_accumulator = accumulator::In {
             frame: Stream { valid: valid && ready, payload },
             image_ready: i.image_ready,
+            memory: of_planes,
         };
         let accumulator = Accumulator::next(
             cfg,
@@ -153,6 +183,26 @@ impl Block for Accumulate {
             &mut m.accumulator,
             to_accumulator,
         );
+
+        let mut outside = tbuffer.chains.outside;
+        let mut request = accumulator.request;
+        if cfg.shares() {
+            let of_tbuffer = tbuffer.chains.outside.request;
+            let of_tbuffer = Stream { valid: of_tbuffer.valid, payload: of_tbuffer.payload };
+            let to_turns = arbiter::In {
+                request: [of_tbuffer, request, Stream::idle(), Stream::idle()],
+                memory: i.outside,
+            };
+            request = Arbiter::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns)
+                .request;
+        }
+        if cfg.outside() {
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         let merges = cfg.frames() > 1 && (tbuffer.events.scanout || given.busy);
         let phase = match tbuffer.phase {
@@ -174,6 +224,6 @@ impl Block for Accumulate {
                 }
             }
         };
-        Out { phase, tbuffer, image: given.image.with(i.image_ready), accumulator }
+        Out { phase, tbuffer, image: given.image.with(i.image_ready), accumulator, outside }
     }
 }

@@ -1,11 +1,12 @@
 //! Watches the machine: its T-buffer, and what becomes of the frames.
 
 use crate::config::{Config, Method};
+use crate::level::Fill;
 use crate::{Accumulate, MachinePhase, Out, PHASES, State};
 use pellucid_blocks::allocator::Chosen;
 use pellucid_machine::accumulation::Accumulation;
 use pellucid_machine::monitor::{above, below, seen_from};
-use pellucid_machine::outside::{self, Outside};
+use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::{
     Arithmetic, Census, Check, Machine, Memories, Monitor, PhaseCounts, PhaseInfo, Ports, Room,
@@ -31,6 +32,9 @@ pellucid_sim::counters! {
     }
 }
 
+/// The requests at the port, and those of them that are the T-buffer's, where planes lie outside.
+const REQUEST: &str = "request";
+const OF_TBUFFER: &str = "fragment_request";
 /// Where the T-buffer is.
 const TBUFFER: &str = "tbuffer.";
 
@@ -43,16 +47,22 @@ pub struct AccumulateMonitor {
     pixels: u64,
     swept: u64,
     image: StreamMonitor<u32>,
+    /// The port, where planes lie outside, too.
+    port: StreamMonitor<Request>,
 }
 
 /// Planes in use in a cycle.
 fn planes(cfg: &Config, q: &State) -> u64 {
     let q = &q.accumulator;
     if cfg.method() == Method::Tree {
-        let waiting: u64 = q.tree.levels.iter().map(|level| u64::from(level.filled)).sum();
-        waiting + u64::from(q.tree.sweep.valid)
+        let (levels, top): (Vec<Fill>, _) = if cfg.outside() {
+            (q.planes.levels.to_vec(), q.planes.top.valid)
+        } else {
+            (q.tree.levels.iter().map(|level| level.fill).collect(), q.tree.sweep.valid)
+        };
+        levels.iter().map(|level| u64::from(level.filled)).sum::<u64>() + u64::from(top)
     } else {
-        u64::from(q.frame > 0)
+        u64::from(q.frame > 0 || q.planes.frame > 0)
     }
 }
 
@@ -93,15 +103,15 @@ impl Machine for Accumulate {
     #[inline(always)]
     fn ports(out: &Out) -> Ports {
         let tbuffer = TBuffer::<Chosen>::ports(&out.tbuffer);
-        Ports { phase: out.phase as u8, image: out.image, ..tbuffer }
+        Ports { phase: out.phase as u8, image: out.image, outside: out.outside, ..tbuffer }
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        TBuffer::<Chosen>::port(&cfg.tbuffer)
+        cfg.port()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        TBuffer::<Chosen>::outside(&cfg.tbuffer).map(|memory| memory.within("tbuffer"))
+        cfg.outside_memory()
     }
 
     fn room(cfg: &Config, frame: &Census) -> Option<Room> {
@@ -121,11 +131,13 @@ impl Machine for Accumulate {
         if all % of_image == 0 {
             let images = all / of_image;
             let nodes: u64 = (0..cfg.levels()).map(|k| u64::from(cfg.tree.level(k).nodes)).sum();
-            let own_sweeps = if cfg.tree.has_top() { nodes } else { 0 };
+            let own_sweeps = if cfg.has_top() { nodes } else { 0 };
             let traffic = |of: fn(&StorageInfo) -> u64| {
                 let planes = tally.memories.iter().filter(|memory| {
                     let name = memory.name.as_str();
-                    name.starts_with("accumulator.") && !name.ends_with(".queue")
+                    let queues = ["accumulator.queue", "accumulator.planes."];
+                    name.starts_with("accumulator.")
+                        && !queues.iter().any(|queue| name.starts_with(queue))
                 });
                 planes.map(|memory| of(&memory.info)).sum()
             };
@@ -168,6 +180,7 @@ impl Monitor<Accumulate> for AccumulateMonitor {
             pixels: 0,
             swept: 0,
             image: StreamMonitor::new("accumulated", "accumulator", "display"),
+            port: StreamMonitor::new(REQUEST, "turns", "outside"),
         }
     }
 
@@ -185,6 +198,9 @@ impl Monitor<Accumulate> for AccumulateMonitor {
         if o.phase == MachinePhase::Clear {
             return Ok(());
         }
+        if cfg.outside() {
+            self.port.observe(o.outside.request)?;
+        }
         let nodes = u64::from(did.merged.count_ones());
         self.pixels += u64::from(did.comes);
         self.swept += u64::from(did.sweeps);
@@ -192,7 +208,7 @@ impl Monitor<Accumulate> for AccumulateMonitor {
         self.own.images += u64::from(did.events.image_done);
         self.own.passes += u64::from(did.events.frame_in) + nodes;
         self.own.sweeps += u64::from(did.events.frame_in);
-        if cfg.tree.has_top() {
+        if cfg.has_top() {
             self.own.sweeps += nodes;
         }
         self.own.peak_planes = self.own.peak_planes.max(planes(cfg, q));
@@ -201,13 +217,13 @@ impl Monitor<Accumulate> for AccumulateMonitor {
 
     fn transfers(&self) -> u64 {
         let tbuffer = Monitor::<TBuffer<Chosen>>::transfers(&self.tbuffer);
-        tbuffer + self.pixels + self.swept + self.image.transfers
+        tbuffer + self.pixels + self.swept + self.image.transfers + self.port.transfers
     }
 
     fn deadlock(&self, cycle: u64, idle: u64, q: &State) -> Deadlock {
         let inside = Monitor::<TBuffer<Chosen>>::deadlock(&self.tbuffer, cycle, idle, &q.tbuffer);
         let inside = inside.waits.into_iter();
-        let mut waits: Vec<_> = waits(&[seen(&self.image)], |_| "Accumulate");
+        let mut waits: Vec<_> = waits(&[seen(&self.image), seen(&self.port)], |_| "Accumulate");
         waits.extend(inside.map(|wait| pellucid_sim::Wait { other: here(wait.other), ..wait }));
         if waits.iter().any(|wait| wait.sends) {
             waits.retain(|wait| wait.sends);
@@ -221,6 +237,12 @@ impl Monitor<Accumulate> for AccumulateMonitor {
         let inside = std::mem::replace(&mut tally.memories, Memories::new(&around).tallies());
         tally.memories.extend(above(TBUFFER, inside));
         tally.streams.iter_mut().for_each(|stream| stream.to = here(stream.to));
+        if cfg.outside() {
+            // The T-buffer's requests are some of those at the port.
+            let own = tally.streams.iter_mut().filter(|stream| stream.name == REQUEST);
+            own.for_each(|stream| (stream.name, stream.to) = (OF_TBUFFER, "turns"));
+            tally.streams.push(seen(&self.port).tally);
+        }
         tally.streams.push(seen(&self.image).tally);
         let mut own = self.own.figures();
         own.append(&mut tally.own);

@@ -118,13 +118,30 @@ fn scaled(cfg: &Config, sum: u32) -> u32 {
     }
 }
 
+/// The sum with one more frame.
+#[inline(always)]
+#[rtl]
+pub fn sum(cfg: &Config, below: Colour, frame: Colour) -> Colour {
+    Colour {
+        r: plus(cfg, below.r, frame.r),
+        g: plus(cfg, below.g, frame.g),
+        b: plus(cfg, below.b, frame.b),
+    }
+}
+
+/// The image that the last sum gives.
+#[inline(always)]
+#[rtl]
+pub fn image(cfg: &Config, sum: Colour) -> Colour {
+    Colour { r: scaled(cfg, sum.r), g: scaled(cfg, sum.g), b: scaled(cfg, sum.b) }
+}
+
 /// The sum of the pixel in the stage.
 #[inline(always)]
 #[rtl]
-fn sum(cfg: &Config, q: State, read: Read<Colour>) -> Colour {
-    let Colour { r, g, b } = q.stage.payload.colour;
+fn staged(cfg: &Config, q: State, read: Read<Colour>) -> Colour {
     let below = if q.has_sum { read.data } else { Colour { r: 0, g: 0, b: 0 } };
-    Colour { r: plus(cfg, below.r, r), g: plus(cfg, below.g, g), b: plus(cfg, below.b, b) }
+    sum(cfg, below, q.stage.payload.colour)
 }
 
 #[rtl(
@@ -152,8 +169,7 @@ impl Block for Sums {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
-        let Colour { r, g, b } = sum(cfg, *q, m.plane.q());
-        let colour = Colour { r: scaled(cfg, r), g: scaled(cfg, g), b: scaled(cfg, b) };
+        let colour = image(cfg, staged(cfg, *q, m.plane.q()));
         let Pixel { pixel, closes, .. } = q.stage.payload;
         let payload = Pixel { pixel, closes, colour };
         let image = Stream { valid: q.stage.valid && closes, payload };
@@ -164,8 +180,7 @@ impl Block for Sums {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let Pixel { pixel, closes, .. } = q.stage.payload;
         if q.stage.valid && !closes {
-            let sum = sum(cfg, *q, m.plane.q());
-            m.plane.write(pixel, sum);
+            m.plane.write(pixel, staged(cfg, *q, m.plane.q()));
         }
         d.stage = i.frame;
         if i.frame.valid {

@@ -24,6 +24,11 @@ pub fn small(settings: &[(&str, &str)]) -> Config {
     config(&[&TBUFFER, settings].concat()).unwrap()
 }
 
+/// The same with planes outside.
+pub fn outside(settings: &[(&str, &str)]) -> Config {
+    small(&[&[("planes", "outside"), ("reads_in_flight", "5")], settings].concat())
+}
+
 /// A tree whose levels have so many inputs, with weights of so many bits: none if it is plain.
 pub fn tree(inputs: &[u32], nodes: bool, weight_bits: u32) -> tree::Config {
     let frames = inputs.iter().product::<u32>().to_string();

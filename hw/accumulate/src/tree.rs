@@ -137,6 +137,10 @@ pub struct Out {
     /// Levels whose node gives the last pixel of it.
     #[width(cfg.count)]
     pub merged: u32,
+    /// That node of each level, by number.
+    #[width(cfg.level(k as u32).number_bits())]
+    #[len(cfg.count)]
+    pub nodes: [u32; MOST_LEVELS],
     /// A pixel of the top is read.
     pub sweeps: bool,
 }
@@ -195,7 +199,7 @@ impl Block for Tree {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What comes to each level from the one below: the frame to the first.
         let mut value = i.frame;
-        let (mut merges, mut merged) = (0, 0);
+        let (mut merges, mut merged, mut nodes) = (0, 0, [0; MOST_LEVELS]);
         let top = m.top.q().data;
         if cfg.has_top() {
             d.fetched.valid = false;
@@ -236,11 +240,12 @@ impl Block for Tree {
             );
             value = level.result;
             let last = value.payload.pixel == cfg.screen.pixels() - 1;
+            nodes[k as usize] = level.node;
             merges |= u32::from(value.valid) << k;
             merged |= u32::from(value.valid && last) << k;
         }
         let sweeps = cfg.has_top() && q.sweep.valid && i.image_ready;
-        Out { image: value, merges, merged, sweeps }
+        Out { image: value, merges, merged, nodes, sweeps }
     }
 }
 

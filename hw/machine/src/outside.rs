@@ -58,6 +58,21 @@ pub struct Word {
     pub label: Label,
 }
 
+/// What a port with words of fewer bits has of a word.
+#[inline(always)]
+#[rtl]
+pub fn cut(port: &Config, word: Word) -> Word {
+    let mut low = word.low;
+    if port.bits < u64::BITS {
+        low &= (1u64 << port.bits) - 1;
+    }
+    let mut high = 0;
+    if port.bits > u64::BITS {
+        high = word.high & (u64::MAX >> (2 * u64::BITS - port.bits));
+    }
+    Word { low, high, label: word.label }
+}
+
 /// A fragment as a word: its depth lowest, then its colour, then what is kept beside it.
 #[inline(always)]
 #[rtl]

@@ -215,18 +215,20 @@ fn too_small(
         format!("`{}` {bytes}", memory.name)
     });
     let largest = largest.collect::<Vec<_>>().join(", ");
-    // Tables that a cache would stand for, where it is smaller.
-    let smaller = |name: &str| {
+    // Tables that could lie outside, with a cache on chip or without, where that is smaller.
+    let smaller = |name: &str, place: &str| {
         let mut settings = needs.settings(needs.room.least);
-        settings.push(plain(name, "cached"));
-        let cached = args.machine.with(case.source.screen(), case.frames(), &settings);
-        cached.is_ok_and(|cached| of(&*cached) < of(&**machine))
+        settings.push(plain(name, place));
+        let other = args.machine.with(case.source.screen(), case.frames(), &settings);
+        other.is_ok_and(|other| of(&*other) < of(&**machine))
     };
     let tables = machine.values().into_iter();
     let tables = tables.filter(|(_, value)| *value == Value::Choice("on_chip"));
-    let movable: Vec<String> = tables
-        .filter(|(name, _)| smaller(name))
-        .map(|(name, _)| format!("; `-p {name}=cached` has less there"))
+    let places =
+        tables.flat_map(|(name, _)| ["cached", "outside"].map(|place| (name.clone(), place)));
+    let movable: Vec<String> = places
+        .filter(|(name, place)| smaller(name, place))
+        .map(|(name, place)| format!("; `-p {name}={place}` has less there"))
         .collect();
     anyhow!(
         "--budget {}: with `{}={}` the machine has {} bytes on the chip, among them {largest}{}",

@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_util::{config, small};
+use crate::test_util::{behind::Behind, config, outside, small};
 use pellucid_machine::accumulation::Accumulation;
 use pellucid_sim::Sim;
 use pellucid_test_util::{Pattern, pattern};
@@ -10,6 +10,18 @@ const PIXELS: usize = 6;
 
 /// The images that come of the frames, and the cycles that they took. Frames come and pixels are taken in such cycles.
 fn images(cfg: Config, frames: &[Vec<u32>], comes: &Pattern, ready: &Pattern) -> (Vec<u32>, u64) {
+    let memory = Behind::new(cfg.plane_port().words, Pattern::always(), vec![1]);
+    images_by(cfg, frames, comes, ready, memory)
+}
+
+/// The same beside such a memory.
+fn images_by(
+    cfg: Config,
+    frames: &[Vec<u32>],
+    comes: &Pattern,
+    ready: &Pattern,
+    mut memory: Behind,
+) -> (Vec<u32>, u64) {
     let mut sim = Sim::<Accumulator>::new(cfg);
     let mut sent = frames.iter().flatten().peekable();
     let mut image = vec![];
@@ -21,7 +33,9 @@ fn images(cfg: Config, frames: &[Vec<u32>], comes: &Pattern, ready: &Pattern) ->
         image.extend((given.image.valid && takes).then_some(given.image.payload));
         let next = sent.next_if(|_| given.ready && comes.at(cycle));
         let frame = next.map_or(Stream::idle(), |rgb| Stream::offer(*rgb));
-        sim.clock(In { frame, image_ready: takes }).unwrap();
+        let shows = memory.shows(cycle);
+        let out = sim.clock(In { frame, image_ready: takes, memory: shows }).unwrap().out;
+        memory.edge(cycle, out.request);
     }
     assert!(!sim.moore().busy, "something is left");
     (image, sim.cycle())
@@ -50,6 +64,8 @@ proptest! {
         way in 0usize..7,
         ready in pattern(),
         comes in pattern(),
+        takes in pattern(),
+        latencies in prop::collection::vec(1u64..20, 1..4),
     ) {
         let ways: [&[(&str, &str)]; 7] = [
             &[("frames", "8")],
@@ -64,7 +80,12 @@ proptest! {
         let by = cfg.accumulation();
         let channel = |of: &[u8]| by.as_ref().map_or(of[0], |by| (by.channel)(of));
         let expected = frames.chunks(cfg.frames() as usize).flat_map(|of| of_each(of, channel));
-        prop_assert_eq!(images(cfg, &frames, &comes, &ready).0, expected.collect::<Vec<_>>());
+        let expected: Vec<_> = expected.collect();
+        prop_assert_eq!(&images(cfg, &frames, &comes, &ready).0, &expected);
+        // With planes outside, however that memory takes and answers.
+        let cfg = outside(ways[way]);
+        let memory = Behind::new(cfg.plane_port().words, takes, latencies);
+        prop_assert_eq!(images_by(cfg, &frames, &comes, &ready, memory).0, expected);
     }
 
     /// Whatever the tree: both schedules give its golden model's image, which is no farther from the exact mean than its bound;
@@ -107,7 +128,12 @@ proptest! {
         let (image, cycles) = images(stream, &frames, &always, &always);
         prop_assert_eq!(&image, &expected);
         prop_assert_eq!(cycles, u64::from(count) * PIXELS as u64 + u64::from(stream.levels()) + 1);
-        prop_assert_eq!(images(nodes, &frames, &always, &always).0, image);
+        prop_assert_eq!(&images(nodes, &frames, &always, &always).0, &image);
+        for schedule in ["stream", "nodes"] {
+            let outside = [&settings[..], &[("schedule", schedule), ("planes", "outside")]];
+            let outside = config(&outside.concat()).unwrap();
+            prop_assert_eq!(&images(outside, &frames, &always, &always).0, &image);
+        }
         let bound = by.as_ref().map_or(0, |by| by.error_bound);
         for (found, exact) in expected.iter().zip(of_each(&frames, exact)) {
             for shift in [16, 8, 0] {

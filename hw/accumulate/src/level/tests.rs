@@ -26,15 +26,16 @@ fn results(cfg: Config, inputs: &[[u32; PIXELS as usize]], closes: bool) -> Vec<
 fn the_last_input_of_a_node_brings_the_result() {
     let first = [10, 20, 30, 40, 50, 60];
     let second = [20, 30, 40, 50, 60, 71];
-    let found = results(level(2, 0), &[first, second, first, first], false);
-    let of = |sweep: u64, r: [u32; 6]| {
+    let found = results(level(2, 0), &[first, second, first, first], true);
+    let of = |sweep: u64, closes: bool, r: [u32; 6]| {
         (0..6).zip(r).map(move |(pixel, r)| {
             let colour = Colour { r, g: 2, b: 4 };
             // A cycle after the pixel of the second of two sweeps.
-            (sweep * 6 + u64::from(pixel) + 1, Pixel { pixel, closes: false, colour })
+            (sweep * 6 + u64::from(pixel) + 1, Pixel { pixel, closes, colour })
         })
     };
-    let expected: Vec<_> = of(1, [15, 25, 35, 45, 55, 65]).chain(of(3, first)).collect();
+    let expected: Vec<_> =
+        of(1, false, [15, 25, 35, 45, 55, 65]).chain(of(3, true, first)).collect();
     assert_eq!(found, expected);
 }
 
