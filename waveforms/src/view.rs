@@ -102,6 +102,8 @@ pub(crate) const COLOURS: [(&str, &str); 6] = [
 ];
 /// From how many bits on a number is shown in hexadecimal digits: depths and colours are.
 const HEX_FROM: u32 = 24;
+/// Registers that say how much of something there is: items of a queue, planes in use.
+const LEVELS: [&str; 2] = ["count", "filled"];
 /// Events that slow a machine down or lose something.
 const TROUBLE: [&str; 5] = ["dropped", "lacking", "waits", "spilled", "round_failed"];
 
@@ -137,7 +139,7 @@ impl<'a> List<'a> {
             _ if entry.is_event() && TROUBLE.contains(&&entry.name[..]) => Style::Trouble,
             _ if entry.is_event() => Style::Event,
             _ if width == 1 => Style::Bit,
-            _ if entry.name == "count" => Style::Level,
+            _ if LEVELS.contains(&&entry.name[..]) => Style::Level,
             _ if width >= HEX_FROM => Style::Hex,
             _ => Style::Decimal,
         }
