@@ -1,8 +1,8 @@
 //! How fast the simulation is: `cargo bench`.
 //!
 //! The item of `cycles_*` is a simulated clock cycle of the whole machine, from reset to the last
-//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files. The image composition machine has a
-//! bench of its own.
+//! pixel shown; that of `play_*` a frame, with everything that a run does but writing files. The image composition machine and accumulation
+//! have benches of their own.
 
 use divan::{Bencher, counter::ItemsCount};
 use pellucid_hw::{ARCHITECTURES, architecture};
