@@ -27,8 +27,15 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("program", "tint"), ("mode", "sort")],
         &[("program", "sieve"), ("component_bits", "8")],
         &[("program", "sieve"), ("kill", "compact"), ("component_bits", "16")],
+        &[("program", "glass"), ("buffer", "outside"), ("component_bits", "8")],
+        &[("program", "sieve"), ("kill", "compact"), ("buffer", "outside")],
     ],
-    tight: &[("size", "32"), ("vertex_cycles", "2"), ("fragment_cycles", "3")],
+    tight: &[
+        ("size", "32"),
+        ("outside_latency", "9"),
+        ("vertex_cycles", "2"),
+        ("fragment_cycles", "3"),
+    ],
 };
 
 fn model(screen: Screen, preset: &str, settings: &[Setting]) -> Built {
@@ -43,6 +50,8 @@ fn small(draw: &mut Draw, _: Needs) -> Parameterised {
     let store =
         if sorts { "fbuffer" } else { one_of(draw, &["fbuffer", "fbuffer", "framebuffer"]) };
     let kill = if store == "fbuffer" { one_of(draw, &["keep", "compact"]) } else { "keep" };
+    let inside = sorts || store == "framebuffer";
+    let buffer = if inside { "on_chip" } else { one_of(draw, &["on_chip", "outside"]) };
     let overflow = if sorts { "window" } else { one_of(draw, &["window", "batch"]) };
     vec![
         ("size", (1 << draw(if sorts { 4..=5 } else { 2..=5 })).to_string()),
@@ -54,6 +63,9 @@ fn small(draw: &mut Draw, _: Needs) -> Parameterised {
         ),
         ("seed", draw(0..=1000).to_string()),
         ("store", store.to_string()),
+        ("buffer", buffer.to_string()),
+        ("outside_latency", draw(1..=30).to_string()),
+        ("reads_in_flight", draw(2..=20).to_string()),
         ("kill", kill.to_string()),
         ("early_depth", one_of(draw, &["off", "before_window"]).to_string()),
         ("overflow", overflow.to_string()),

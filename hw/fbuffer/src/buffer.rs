@@ -1,4 +1,4 @@
-//! The F-buffer: a word for each place, with what a pass has left of the fragment there.
+//! The F-buffer on chip: a word for each place, with what a pass has left of the fragment there.
 //!
 //! ```text
 //!               +--------+

@@ -2,7 +2,7 @@
 
 use crate::program::{Kind, MOST_TARGETS, Program};
 use crate::window::Places;
-use crate::{plays, shader, sort, window};
+use crate::{ahead, plays, shader, sort, window};
 use pellucid_blocks::bitonic::MAX_LANE_BITS;
 use pellucid_blocks::walker;
 use pellucid_machine::params::{ParamError, Preset, power_of_two};
@@ -41,6 +41,16 @@ choice! {
         FBuffer = "fbuffer",
         /// At its pixel, as the traditional way is: the last one of a pixel overwrites all others.
         FrameBuffer = "framebuffer",
+    }
+}
+
+choice! {
+    /// Where the F-buffer lies.
+    pub enum Lies {
+        /// On chip, as a whole.
+        OnChip = "on_chip",
+        /// In outside memory, read ahead of the walk.
+        Outside = "outside",
     }
 }
 
@@ -104,6 +114,12 @@ parameters! {
         overflow: Overflow = Overflow::Window, "", ();
         /// Where a pass leaves what it knows: in a place of each fragment's own, or the traditional way in one place for each pixel.
         store: Store = Store::FBuffer, "", ();
+        /// Where the F-buffer lies: on chip, or in outside memory, from where it is read ahead of the walk.
+        buffer: Lies = Lies::OnChip, "", ();
+        /// From a read request to outside memory to its data.
+        outside_latency: u32 = 64, "cycles", 1..=1024;
+        /// Words of the F-buffer that are asked for before their fragments come (buffer=outside).
+        reads_in_flight: u32 = 64, "reads", 2..=4096;
         /// What becomes of fragments that the program kills: they keep their place to the last pass, or are dropped from the F-buffer.
         kill: Kill = Kill::Keep, "", ();
         /// Whether hidden fragments are dropped before they are counted, once all that is opaque is drawn.
@@ -146,6 +162,9 @@ fn sortable(params: &Params) -> Result<(), ParamError> {
     if params.store == Store::FrameBuffer {
         return Err(value("store", "framebuffer", "fbuffer, with `mode=sort`"));
     }
+    if params.buffer == Lies::Outside {
+        return Err(value("buffer", "outside", "on_chip, with `mode=sort`"));
+    }
     if params.overflow == Overflow::Batch {
         return Err(value("overflow", "batch", "window, with `mode=sort`"));
     }
@@ -172,6 +191,8 @@ pub struct Config {
     pub plays: plays::Config,
     /// The fragment program.
     pub shader: shader::Config,
+    /// The F-buffer, if it lies outside.
+    pub ahead: ahead::Config,
     /// The sort, if there is one.
     pub sort: sort::Config,
     /// Hidden fragments are dropped before they are counted.
@@ -193,6 +214,9 @@ impl Config {
         if params.kill == Kill::Compact && params.store == Store::FrameBuffer {
             return Err(value("kill", "compact", "keep, with `store=framebuffer`"));
         }
+        if params.buffer == Lies::Outside && params.store == Store::FrameBuffer {
+            return Err(value("buffer", "outside", "on_chip, with `store=framebuffer`"));
+        }
         let program = Program::new(params.program, params.seed, params.targets);
         let places = match params.store {
             _ if program.count == 1 && !sorts => Places::None,
@@ -205,6 +229,7 @@ impl Config {
             fragment_cycles: params.fragment_cycles,
             windows: matches!(places, Places::Counted(_)) && params.overflow == Overflow::Window,
             compacts: params.kill == Kill::Compact && program.kills && program.count > 1,
+            outside: params.buffer == Lies::Outside && program.count > 1,
         };
         let early = params.early_depth == EarlyDepth::BeforeWindow
             || params.store == Store::FrameBuffer
@@ -213,6 +238,12 @@ impl Config {
             screen,
             place_bits: if sorts { window.place_bits() } else { 0 },
             lane_bits: if sorts { params.sorter_lanes.ilog2() } else { 0 },
+        };
+        let shader = shader::Config {
+            window,
+            program,
+            targets: params.targets,
+            bits: params.component_bits.bits(),
         };
         let set_up_cycles = VERTICES * params.vertex_cycles;
         Ok(Config {
@@ -224,11 +255,11 @@ impl Config {
                 background: early || program.count == 1,
                 sorts,
             },
-            shader: shader::Config {
-                window,
-                program,
-                targets: params.targets,
-                bits: params.component_bits.bits(),
+            shader,
+            ahead: ahead::Config {
+                shader,
+                reads_in_flight: params.reads_in_flight,
+                latency: params.outside_latency,
             },
             sort,
             early,
@@ -251,6 +282,21 @@ impl Config {
     #[inline]
     pub fn stores(&self) -> bool {
         self.plays.passes > 1
+    }
+
+    /// It leaves it in outside memory.
+    #[inline]
+    pub fn outside(&self) -> bool {
+        self.window().outside
+    }
+
+    /// The path of the memory in which the F-buffer lies, and how many words it takes there for one of the F-buffer.
+    pub fn memory(&self) -> (&'static str, u64) {
+        if self.outside() {
+            ("buffer.outside", self.ahead.parts().into())
+        } else {
+            ("buffer.words", 1)
+        }
     }
 
     /// Words of the F-buffer: none where a program has one pass.
@@ -318,6 +364,10 @@ mod tests {
             "parameter `store` is framebuffer: expected fbuffer, with `mode=sort`"
         );
         assert_eq!(
+            refused(&[("buffer", "outside")]),
+            "parameter `buffer` is outside: expected on_chip, with `mode=sort`"
+        );
+        assert_eq!(
             refused(&[("overflow", "batch")]),
             "parameter `overflow` is batch: expected window, with `mode=sort`"
         );
@@ -342,6 +392,27 @@ mod tests {
         assert_eq!(
             compact(&[("program", "sieve"), ("store", "framebuffer")]).unwrap_err(),
             "parameter `kill` is compact: expected keep, with `store=framebuffer`"
+        );
+    }
+
+    #[test]
+    fn what_lies_outside_has_a_port() {
+        let port = |settings: &[(&str, &str)]| {
+            let outside = [("buffer", "outside"), ("outside_latency", "9")];
+            config(&[&outside, settings].concat()).map(|cfg| {
+                let tables =
+                    cfg.ahead.outside_memory().map(|memory| (memory.tables.len(), memory.latency));
+                (cfg.ahead.port().words, cfg.ahead.port().bits, tables)
+            })
+        };
+        assert_eq!(port(&[]), Ok((1 << 16, 128, Some((1, 9)))));
+        assert_eq!(port(&[("targets", "4"), ("size", "2048")]), Ok((4 << 22, 128, Some((1, 9)))));
+        assert_eq!(port(&[("buffer", "on_chip")]), Ok((0, 0, None)));
+        // There is nothing to store.
+        assert_eq!(port(&[("program", "tint")]), Ok((0, 0, None)));
+        assert_eq!(
+            port(&[("store", "framebuffer")]).unwrap_err(),
+            "parameter `buffer` is outside: expected on_chip, with `store=framebuffer`"
         );
     }
 

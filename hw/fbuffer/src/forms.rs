@@ -73,13 +73,18 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
             figure("sort_passes"),
         ));
     }
-    // Neither vertices nor fragments come faster than they can; the last fragment of a play need not wait for another.
+    // Neither vertices nor fragments come faster than they can; the last fragment of a play need not wait for another. Outside memory
+    // takes a request a cycle.
     let cycles = tally.cycles.total;
     let vertices = u64::from(cfg.params.vertex_cycles) * figure("vertices");
     let apart = figure("shaded").saturating_sub(figure("submissions"));
     let fragments = u64::from(cfg.params.fragment_cycles) * apart + figure("discarded");
-    for least in [vertices, fragments] {
-        checks.push(check("cycles, at least the larger term", least, least.min(cycles)));
+    let requests = match tally.memory(cfg.memory().0) {
+        Some(buffer) if cfg.outside() => buffer.info.reads + buffer.info.writes,
+        _ => 0,
+    };
+    for least in [vertices, fragments, requests] {
+        checks.push(check("cycles, at least the largest term", least, least.min(cycles)));
     }
     checks
 }
@@ -115,18 +120,19 @@ fn of_windows(cfg: &Config, tally: &Tally, frames: &[Frame]) -> Vec<Check> {
             figure("shaded") + figure("discarded"),
         ));
     }
-    if let Some(buffer) = tally.memory("buffer.words") {
+    let (path, parts) = cfg.memory();
+    if let Some(buffer) = tally.memory(path) {
         let read = figure("shaded").saturating_sub(entered + wasted_fragments);
         checks.push(check(
             "words read, one for each fragment in each pass but the first",
-            read,
+            read * parts,
             buffer.info.reads,
         ));
         // Of those that a wasted pass kills none is written.
         if !cfg.window().compacts || wasted_fragments == 0 {
             checks.push(check(
                 "words written, as many as are read, and those of wasted passes",
-                read + wasted_fragments,
+                (read + wasted_fragments) * parts,
                 buffer.info.writes,
             ));
         }

@@ -8,13 +8,14 @@
 //!                    ^            | read    ^    | write               |       |<------- colour
 //!  replay            |            v         |    v                     +-------+--> image
 //!    ^          +--------+      +---------------------+
-//!    +----------| Plays  |      | F-buffer            |
-//!               +--------+      +---------------------+
+//!    +----------| Plays  |      | F-buffer            |<--> outside memory,
+//!               +--------+      +---------------------+     if it lies there
 //! ```
 //! A frame is played once for each pass of each [window] of fragments. In the last pass fragments are tested and blended
 //! in the order in which they come; before it tests and blending are off, and each fragment leaves its values in its own place
 //! of the F-buffer, where it finds them again in the next pass, as the same fragments come in the same order.
 
+pub mod ahead;
 pub mod architecture;
 pub mod buffer;
 pub mod compositor;
@@ -33,6 +34,7 @@ pub mod window;
 #[cfg(test)]
 mod test_util;
 
+use ahead::{Ahead, Left};
 use buffer::Buffer;
 use compositor::Compositor;
 use config::Config;
@@ -41,7 +43,7 @@ use pellucid_blocks::front::{self, Front};
 use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
 use pellucid_machine::primitive::{Format, Primitive};
-use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn};
+use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn, outside};
 use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, WritePort, rtl};
 use plays::{Play, Plays};
 use shader::Shader;
@@ -136,8 +138,13 @@ pub struct State {
     /// See [`buffer`].
     #[with(cfg.shader)]
     #[block(Buffer)]
-    #[exists(cfg.stores())]
+    #[exists(cfg.stores() && !cfg.outside())]
     pub buffer: buffer::State,
+    /// See [`ahead`].
+    #[with(cfg.ahead)]
+    #[block(Ahead)]
+    #[exists(cfg.outside())]
+    pub ahead: ahead::State,
     /// See [`front`].
     #[with(cfg.walker.screen)]
     #[block(Front)]
@@ -162,8 +169,12 @@ pub struct Mem {
     pub survivors: survivors::Mem,
     /// See [`buffer`].
     #[block(Buffer, cfg.shader)]
-    #[exists(cfg.stores())]
+    #[exists(cfg.stores() && !cfg.outside())]
     pub buffer: buffer::Mem,
+    /// See [`ahead`].
+    #[block(Ahead, cfg.ahead)]
+    #[exists(cfg.outside())]
+    pub ahead: ahead::Mem,
     /// See [`sort`].
     #[block(Sort, cfg.sort)]
     #[exists(cfg.plays.sorts)]
@@ -202,6 +213,10 @@ pub struct Out {
     #[width(window::COUNT_BITS)]
     #[exists(cfg.plays.window.counts())]
     pub counted: u32,
+    /// The port to the F-buffer outside.
+    #[with(cfg.ahead.port())]
+    #[exists(cfg.outside())]
+    pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
 }
@@ -262,7 +277,7 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool)
 
 #[rtl(
     name = "fbuffer",
-    input = InConfig { screen: cfg.walker.screen, outside: pellucid_machine::outside::Config::NONE },
+    input = InConfig { screen: cfg.walker.screen, outside: cfg.ahead.port() },
     check(FBuffer, crate::test_util::small_fbuffer(&[])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("overflow", "batch"), ("fragment_cycles", "3")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "tint")])),
@@ -270,7 +285,9 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool)
     check(FBuffer, crate::test_util::small_fbuffer(&[("early_depth", "before_window")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("mode", "sort"), ("program", "tint"), ("sorter_lanes", "2")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve")])),
-    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact")]))
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("buffer", "outside")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact"), ("buffer", "outside")]))
 )]
 impl Block for FBuffer {
     type Config = Config;
@@ -294,6 +311,11 @@ impl Block for FBuffer {
         if cfg.plays.window.compacts {
             survivors = Survivors::moore(&cfg.plays.window, &q.survivors, &m.survivors);
         }
+        let mut ahead = ahead::Moore { room: true, there: true, ..ahead::Moore::default() };
+        if cfg.outside() {
+            ahead = Ahead::moore(&cfg.ahead, &q.ahead, &m.ahead);
+            survivors.next = ahead.next;
+        }
         let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
         let front = Front::moore(screen, &q.front, &m.front);
         let compositor = Compositor::moore(screen, &q.compositor, &());
@@ -313,9 +335,11 @@ impl Block for FBuffer {
         let shaded =
             Stream { valid: running.valid && tests, payload: Marked { end, item: coloured } };
         let direct = cfg.early && left && plays.last;
-        let advance = (!shaded.valid || front.status.ready) && (!direct || sort.ready);
         let stored = left && !plays.last;
-        let mut write = Stream { valid: stored, payload: item.placed.place };
+        let taken = (!shaded.valid || front.status.ready) && (!direct || sort.ready);
+        let advance = taken && (!stored || ahead.room);
+        let writes = stored && ahead.room;
+        let mut write = Stream { valid: writes, payload: item.placed.place };
         let beyond = window::beyond(&cfg.plays.window, plays.play.window, window);
         let mut number = plays.play.window << cfg.plays.window.place_bits() | item.placed.place;
         if cfg.plays.window.compacts {
@@ -369,14 +393,15 @@ impl Block for FBuffer {
             );
         }
         let over = compositor.ended;
-        let to_window = window::In { fragment, play: plays.play, survivors, advance, over };
+        let there = ahead.there;
+        let to_window = window::In { fragment, play: plays.play, survivors, there, advance, over };
         let windowed =
             Window::next(&cfg.plays.window, &q.window, &mut d.window, &mut (), to_window);
         if cfg.plays.window.compacts {
             let of_survivors = survivors::In {
                 enters: windowed.shaded,
                 leaves: shades && advance,
-                survives: Stream { valid: stored, payload: number },
+                survives: Stream { valid: writes, payload: number },
                 over,
             };
             Survivors::next(
@@ -387,12 +412,25 @@ impl Block for FBuffer {
                 of_survivors,
             );
         }
-        let values = Buffer::moore(&cfg.shader, &q.buffer, &m.buffer).values;
-        if cfg.stores() {
+        let mut values = ahead.values;
+        let leaves = shader::values(&cfg.shader, item);
+        let mut asked = Stream::idle();
+        if cfg.outside() {
+            let to_ahead = ahead::In {
+                write: Stream { valid: writes, payload: Left { values: leaves, number } },
+                label: coloured.label,
+                taken: windowed.read.valid,
+                reads: plays.play.reads,
+                over,
+                memory: i.outside,
+            };
+            asked = Ahead::next(&cfg.ahead, &q.ahead, &mut d.ahead, &mut m.ahead, to_ahead);
+        } else if cfg.stores() {
+            values = Buffer::moore(&cfg.shader, &q.buffer, &m.buffer).values;
             let to_buffer = buffer::In {
                 read: windowed.read,
                 write,
-                values: shader::values(&cfg.shader, item),
+                values: leaves,
                 second: plays.pass & 1 == 1,
             };
             Buffer::next(&cfg.shader, &q.buffer, &mut d.buffer, &mut m.buffer, to_buffer);
@@ -458,6 +496,10 @@ impl Block for FBuffer {
             shaded: shaded.with(front.status.ready),
             blends: to_blend.with(true),
             counted: window.counted,
+            outside: outside::Wires {
+                request: asked.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            },
             events: Events {
                 submitted: offered && !skipped && taken && !ends,
                 shaded: windowed.shaded,

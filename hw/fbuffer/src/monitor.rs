@@ -4,11 +4,12 @@ use super::config::{Config, Store, VERTICES};
 use super::{FBuffer, MachinePhase, Out, PHASES, State};
 use crate::{forms, golden};
 use pellucid_blocks::front::monitor::FrontMonitor;
+use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::primitive::Primitive;
 use pellucid_machine::{
     Arithmetic, Census, Check, Dealer, Fragments, Machine, Memories, Monitor, PhaseCounts,
-    PhaseInfo, Ports, Seen, Tally, outside, seen, waits,
+    PhaseInfo, Ports, Seen, Tally, seen, waits,
 };
 use pellucid_sim::{Deadlock, Figures, StorageInfo, StreamMonitor, Violation};
 
@@ -61,6 +62,7 @@ pub struct FBufferMonitor {
     shaded: StreamMonitor<Marked<Fragment>>,
     blends: StreamMonitor<Marked<PixelFragment>>,
     image: StreamMonitor<u32>,
+    request: StreamMonitor<Request>,
 }
 
 impl FBufferMonitor {
@@ -71,6 +73,7 @@ impl FBufferMonitor {
             seen(&self.shaded),
             seen(&self.blends),
             seen(&self.image),
+            seen(&self.request),
         ]
     }
 }
@@ -108,8 +111,16 @@ impl Machine for FBuffer {
             item_ready: out.primitive.ready,
             image: out.image,
             replay: out.replay,
-            outside: outside::Wires::default(),
+            outside: out.outside,
         }
+    }
+
+    fn port(cfg: &Config) -> outside::Config {
+        cfg.ahead.port()
+    }
+
+    fn outside(cfg: &Config) -> Option<Outside> {
+        cfg.ahead.outside_memory()
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -138,6 +149,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
             shaded: StreamMonitor::new("shaded", "shader", "depth_test"),
             blends: StreamMonitor::new("blends", "depth_test", "compositor"),
             image: StreamMonitor::new("image", "scanout", "display"),
+            request: StreamMonitor::new("request", "buffer", "outside"),
         }
     }
 
@@ -153,6 +165,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
         self.fragment.observe(o.fragment)?;
         self.shaded.observe(o.shaded)?;
         self.blends.observe(o.blends)?;
+        self.request.observe(o.outside.request)?;
         let (own, fragments) = (&mut self.own, &mut self.fragments);
         let first = o.play.draws;
         own.primitives += u64::from(e.submitted && first);
@@ -194,7 +207,8 @@ impl Monitor<FBuffer> for FBufferMonitor {
         let word_bytes = u64::from(cfg.word_bits() / 8);
         let words = if cfg.window().counts() { self.most } else { cfg.words().into() };
         if cfg.window().counts() {
-            memories.set_peak("buffer.words", self.most);
+            let (path, parts) = cfg.memory();
+            memories.set_peak(path, self.most * parts);
         }
         let passes = u64::from(cfg.plays.passes);
         Tally {

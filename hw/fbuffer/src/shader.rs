@@ -37,7 +37,7 @@ pub struct Config {
 }
 
 impl Config {
-    /// Words of what passes leave: one for each place, or two where places are those of pixels.
+    /// Words of what passes leave, wherever they lie: one for each place, or two where places are those of pixels.
     #[inline]
     pub fn words(&self) -> u32 {
         let buffers = if self.window.places == Places::Pixel { 2 } else { 1 };

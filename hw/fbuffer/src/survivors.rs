@@ -15,6 +15,8 @@
 //!
 //! A pass reads and writes one memory: survivors only become fewer, so that what is written never overtakes what is read.
 //!
+//! Where the F-buffer lies in outside memory, numbers lie there beside the values, and the next one comes [from there](crate::ahead).
+//!
 //! The first pass of a window does not know how many will be left. A fragment may `enter` it while there is `room` for it and for all that are
 //! on their way; the window is complete once it is `full`.
 
@@ -32,9 +34,11 @@ pub const MOST_ON_THEIR_WAY: u32 = crate::program::MOST_INSTRUCTIONS as u32 + 1;
 pub struct State {
     /// Survivors of the pass before.
     #[width(cfg.place_bits() + 1)]
+    #[exists(!cfg.outside)]
     pub count: u32,
     /// Of these, how many have come in this pass.
     #[width(cfg.place_bits() + 1)]
+    #[exists(!cfg.outside)]
     pub read: u32,
     /// Survivors of this pass so far.
     #[width(cfg.place_bits() + 1)]
@@ -83,7 +87,11 @@ pub struct Mem {
     pub numbers: Ram1R1W<u32>,
 }
 
-#[rtl(output = (), check(Survivors, crate::test_util::compacting(2)))]
+#[rtl(
+    output = (),
+    check(Survivors, crate::test_util::compacting(2)),
+    check(Survivors, Config { outside: true, ..crate::test_util::compacting(2) })
+)]
 impl Block for Survivors {
     type Config = Config;
     type State = State;
@@ -97,7 +105,8 @@ impl Block for Survivors {
     }
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { numbers: Ram1R1W::new(cfg.places(), COUNT_BITS, 1, ReadDuringWrite::Forbidden) }
+        let places = if cfg.outside { 0 } else { cfg.places() };
+        Mem { numbers: Ram1R1W::new(places, COUNT_BITS, 1, ReadDuringWrite::Forbidden) }
     }
 
     #[inline(always)]
@@ -112,23 +121,29 @@ impl Block for Survivors {
     }
 
     #[inline(always)]
-    fn next(_: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         if i.survives.valid {
-            m.numbers.write(q.written, i.survives.payload);
+            if !cfg.outside {
+                m.numbers.write(q.written, i.survives.payload);
+            }
             d.written = q.written + 1;
-        }
-        if i.enters && q.read < q.count {
-            d.read = q.read + 1;
         }
         d.on_their_way = q.on_their_way + u32::from(i.enters) - u32::from(i.leaves);
         if i.over {
-            d.count = q.written;
-            d.read = 0;
             d.written = 0;
         }
-        // The memory holds the next number in its read register: it is read when that changes.
-        if d.read < d.count && (i.enters || i.over) {
-            m.numbers.read(d.read);
+        if !cfg.outside {
+            if i.enters && q.read < q.count {
+                d.read = q.read + 1;
+            }
+            if i.over {
+                d.count = q.written;
+                d.read = 0;
+            }
+            // The memory holds the next number in its read register: it is read when that changes.
+            if d.read < d.count && (i.enters || i.over) {
+                m.numbers.read(d.read);
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::config::{Config, Params};
 use crate::window::Places;
-use crate::{plays, shader, sort, window};
+use crate::{ahead, plays, shader, sort, window};
 use pellucid_machine::params::Parameters;
 pub use pellucid_test_util::*;
 
@@ -18,7 +18,14 @@ pub fn small_fbuffer(settings: &[(&str, &str)]) -> Config {
 /// A window over 2^`place_bits` places, or batches.
 pub fn window(place_bits: u32, fragment_cycles: u32, windows: bool) -> window::Config {
     let places = Places::Counted(place_bits);
-    window::Config { screen: screen(7, 5), places, fragment_cycles, windows, compacts: false }
+    window::Config {
+        screen: screen(7, 5),
+        places,
+        fragment_cycles,
+        windows,
+        compacts: false,
+        outside: false,
+    }
 }
 
 /// Windows over the survivors that have 2^`place_bits` places.
@@ -34,6 +41,12 @@ pub fn plays(passes: u32, windows: bool, background: bool) -> plays::Config {
 /// A sort of windows of 2^`place_bits` places, with 2^`lane_bits` lanes.
 pub fn sort(place_bits: u32, lane_bits: u32) -> sort::Config {
     sort::Config { screen: screen(7, 5), place_bits, lane_bits }
+}
+
+/// The F-buffer outside of a machine with these settings.
+pub fn ahead(settings: &[(&str, &str)], reads_in_flight: u32) -> ahead::Config {
+    let settings = [settings, &[("buffer", "outside")]].concat();
+    ahead::Config { reads_in_flight, ..small_fbuffer(&settings).ahead }
 }
 
 /// The machine's fragment program of that name.

@@ -17,6 +17,8 @@
 //! Where fragments that are killed leave no gap, a window begins with a fragment's number and ends where [`Survivors`] have no place left;
 //! in a pass behind the first one it shades those alone that are left, each with its place among them.
 //!
+//! Where places lie in outside memory, a fragment waits until what the pass before has left of it is `there`.
+//!
 //! [`Survivors`]: crate::survivors
 
 use crate::plays::Play;
@@ -43,6 +45,8 @@ pub struct Config {
     pub windows: bool,
     /// Fragments that are killed leave their place to others. Each has a place of its own, and there are several passes.
     pub compacts: bool,
+    /// Places, which are counted, lie in outside memory.
+    pub outside: bool,
 }
 
 /// Where a fragment leaves what it knows between two passes.
@@ -96,7 +100,7 @@ impl Config {
     }
 }
 
-/// A fragment with its place; that of an opaque one is without meaning.
+/// A fragment with its place, by which it is found on chip; that of an opaque one is without meaning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
 pub struct Placed {
     /// The fragment.
@@ -104,7 +108,7 @@ pub struct Placed {
     pub fragment: Fragment,
     /// Its place.
     #[width(cfg.place_bits())]
-    #[exists(!cfg.compacts)]
+    #[exists(!cfg.compacts && !cfg.outside)]
     pub place: u32,
     /// Its number in the play.
     #[width(COUNT_BITS)]
@@ -144,6 +148,9 @@ pub struct In {
     #[with(*cfg)]
     #[exists(cfg.compacts)]
     pub survivors: survivors::Moore,
+    /// What the pass before has left of the next one of the window is here, or there is none.
+    #[exists(cfg.outside)]
+    pub there: bool,
     /// The receiver takes what is at hand.
     pub advance: bool,
     /// The play is over.
@@ -237,7 +244,12 @@ impl Block for Window {
         let shaded = transparent && i.play.shades && within;
         let goes_on = end || shaded || (!transparent && i.play.draws);
 
-        let taken = !goes_on || (i.advance && (!shaded || (q.pause == 0 && !waits)));
+        // Where fragments that are killed leave no gap, what is there says whether one is shaded.
+        let asks = transparent && i.play.shades && i.play.reads && (within || cfg.compacts);
+        let late = cfg.outside && asks && !i.there;
+
+        let passes = i.advance && (!shaded || (q.pause == 0 && !waits));
+        let taken = !late && (!goes_on || passes);
         let takes = i.fragment.valid && taken;
         if q.pause > 0 {
             d.pause = q.pause - 1;
@@ -248,10 +260,12 @@ impl Block for Window {
         let mut place = 0;
         match cfg.places {
             Places::None => {}
+            // What lies outside is in the order of the fragments.
+            Places::Counted(_) if cfg.outside => {}
             Places::Counted(bits) => place = q.counted & ((1 << bits) - 1),
             Places::Pixel => place = item.y * cfg.screen.width + item.x,
         }
-        if cfg.compacts {
+        if cfg.compacts && !cfg.outside {
             place = i.survivors.place;
         }
         if takes && goes_on {

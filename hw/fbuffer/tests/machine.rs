@@ -123,6 +123,64 @@ fn a_play_is_bound_by_vertices_or_by_fragments() {
     }
 }
 
+/// With the F-buffer outside there is a third term: what its port moves. A word of `sieve` has 129 bits, of `glass` with three targets 384.
+#[test]
+fn a_play_is_bound_by_the_port_too() {
+    let cycles = |count: u32, program, vertex: u32, latency: u32, in_flight: u32| {
+        let numbers = [vertex, latency, in_flight].map(|number| number.to_string());
+        let settings = [
+            ("program", program),
+            ("buffer", "outside"),
+            ("targets", if program == "glass" { "3" } else { "1" }),
+            ("size", "32"),
+            ("vertex_cycles", numbers[0].as_str()),
+            ("outside_latency", numbers[1].as_str()),
+            ("reads_in_flight", numbers[2].as_str()),
+        ];
+        tally(&settings, &points(count)).cycles.total
+    };
+    for (program, parts) in [("sieve", 2), ("glass", 3)] {
+        for vertex in [1, 3] {
+            for latency in [1, 100] {
+                let of = |count| cycles(count, program, vertex, latency, latency + 8);
+                let more = of(1000) - of(500);
+                // The first pass writes, the second one reads and writes, the last one reads.
+                let of_pass = |ways: u64| (3 * u64::from(vertex)).max(ways * parts);
+                let expected = 500 * (of_pass(1) + of_pass(2) + of_pass(1));
+                // The latency is not among it, but for where a pass begins and ends.
+                let around = u64::from(latency) + 8;
+                assert!(more.abs_diff(expected) <= around, "{more}: {program} {vertex} {latency}");
+            }
+        }
+    }
+    // Two reads in flight bring two words in a latency.
+    let more = cycles(1000, "glass", 1, 200, 2) - cycles(500, "glass", 1, 200, 2);
+    assert!(more > 2 * 500 * 100, "{more}");
+}
+
+/// Wherever it lies: the same image, the same passes, and as many words as the closed forms say, which `tally` holds them to.
+#[test]
+fn an_f_buffer_outside_is_as_one_on_chip() {
+    let names = ["windows", "submissions", "shaded", "spared", "discarded", "wasted_passes"];
+    for (program, settings) in [
+        ("restore", &[][..]),
+        ("glass", &[("early_depth", "before_window")][..]),
+        ("glass", &[("overflow", "batch"), ("targets", "4")][..]),
+        ("sieve", &[("component_bits", "8")][..]),
+        ("sieve", &[("kill", "compact")][..]),
+        ("sieve", &[("kill", "compact"), ("overflow", "batch"), ("targets", "2")][..]),
+    ] {
+        let of = |buffer| {
+            let all =
+                [&[("program", program), ("buffer", buffer), ("size", "4")], settings].concat();
+            let frame = points(75);
+            let image = setup(&all).image(&frame).unwrap();
+            (image, figures(&tally(&all, &frame), names))
+        };
+        assert_eq!(of("outside"), of("on_chip"), "{program} {settings:?}");
+    }
+}
+
 #[test]
 fn early_depth_saves_windows() {
     // Half of them are behind an opaque plane.

@@ -58,7 +58,14 @@ impl Machine {
             let ended = leaves.is_some_and(|item| item.end);
             let leaves = leaves.filter(|item| !item.end).map(|item| item.item.number);
             let left = leaves.filter(|number| !last && !kills(*number));
-            let i = window::In { fragment: source.offer(cycle), play, survivors, advance, over };
+            let i = window::In {
+                fragment: source.offer(cycle),
+                play,
+                survivors,
+                there: true,
+                advance,
+                over,
+            };
             let out = self.window.clock(i).unwrap().out;
             let number = i.fragment.payload.item.z;
             if out.shaded {

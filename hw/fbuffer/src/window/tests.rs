@@ -29,7 +29,14 @@ fn play(
             }
         }
         let survivors = survivors::Moore::default();
-        let i = In { fragment: source.offer(cycle), play, survivors, advance, over: false };
+        let i = In {
+            fragment: source.offer(cycle),
+            play,
+            survivors,
+            there: true,
+            advance,
+            over: false,
+        };
         let out = sim.clock(i).unwrap().out;
         discarded += u32::from(out.discarded);
         source.edge(out.taken);
