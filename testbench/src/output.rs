@@ -228,7 +228,7 @@ fn temporary(target: &Path) -> io::Result<NamedTempFile> {
 ///
 /// # Errors
 /// It cannot be written.
-pub fn put(path: &Path, content: impl AsRef<[u8]>) -> Result<(), OutputError> {
+pub fn put(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), OutputError> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(content.as_ref()).map_err(|e| OutputError::write(path, &e))?;
     file.finish()

@@ -2,7 +2,7 @@
 //! fail. Those with which it does not stand in `faults/survivors.txt`, each with the reason.
 
 use super::text::{Flip, flips, with_choice};
-use super::{exercised, in_folder, text as said, tools};
+use super::{exercised, in_folder, text as said, tools, triangles};
 use pellucid_hw::ARCHITECTURES;
 use pellucid_machine::Architecture;
 use rayon::prelude::*;
@@ -83,7 +83,7 @@ fn build(folder: &Path, chosen: &[Chosen]) {
 
 /// Flips operators of a machine's text; how many, and those that its frame does not tell.
 fn survivors(arch: &'static Architecture) -> (usize, Vec<Chosen>) {
-    let folder = exercised((arch, arch.ways[0]));
+    let folder = exercised((arch, arch.ways[0]), triangles::MANY);
     let chosen = choose(folder.path());
     build(folder.path(), &chosen);
     let differs = |flip: usize| {

@@ -55,10 +55,10 @@ fn export(machine: &[String], args: &[&str]) -> TempDir {
     folder
 }
 
-/// Exports a machine that has little room, with a frame that exercises it: pauses, stalls and a reset are in it.
+/// Exports a machine that has little room, with a frame of so many triangles that exercises it: pauses, stalls and a reset are in it.
 #[track_caller]
-fn exercised((arch, way): Way) -> TempDir {
-    let scene = triangles::scene();
+fn exercised((arch, way): Way, triangles: u32) -> TempDir {
+    let scene = triangles::scene(triangles);
     let scene = ["--scene", scene.path().to_str().unwrap(), "--camera", triangles::CAMERA];
     export(&options(arch, &[arch.tight, way]), &[&SMALL[..], &scene, &["--stress"]].concat())
 }
@@ -119,7 +119,7 @@ fn icarus_agrees_with_frames_resets_and_stalls_in_every_way() {
         return;
     }
     ways().into_par_iter().for_each(|way| {
-        let folder = exercised(way);
+        let folder = exercised(way, triangles::FEW);
         passes(folder.path(), &icarus(folder.path()));
     });
 }
@@ -165,7 +165,7 @@ fn faults_are_seen(way: Way, faults: &[(&str, &str, &str)]) {
     if !tools::have(&["iverilog", "vvp"]) {
         return;
     }
-    let folder = exercised(way);
+    let folder = exercised(way, triangles::FEW);
     // Without a fault it passes; those of `ways` are held to that in a test of their own.
     if !ways().iter().any(|(arch, set)| (arch.name, *set) == (way.0.name, way.1)) {
         passes(folder.path(), &icarus(folder.path()));

@@ -13,16 +13,18 @@ pub const CAMERA: &str = "0,0,3:0,0,0:40";
 /// A pixel's side at the distance of what it looks at, on a screen of 18 rows: 2 * 3 * tan(40 degrees / 2) / 18.
 const PIXEL: f64 = 0.121_323_4;
 
-/// How many triangles.
-const COUNT: u32 = 112;
+/// Triangles of a frame that is played in an event-driven simulator.
+pub const FEW: u32 = 64;
+/// Of a frame by which every operator is judged.
+pub const MANY: u32 = 112;
 
-/// A file with them.
-pub fn scene() -> NamedTempFile {
+/// A file with so many triangles.
+pub fn scene(count: u32) -> NamedTempFile {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let mut random = |most: f64| rng.random_range(-most..most);
     let mut corners = [[0.0; 3]; 3];
     let mut vertices = String::new();
-    for k in 0..COUNT {
+    for k in 0..count {
         let mut anywhere = |size: f64| [random(1.4 * size), random(1.1 * size), random(0.5 * size)];
         let middle = anywhere(0.8);
         let near = |offset: [f64; 3]| std::array::from_fn(|axis| middle[axis] + offset[axis]);
@@ -61,17 +63,17 @@ pub fn scene() -> NamedTempFile {
         }
     }
     let mut text = String::from("ply\nformat ascii 1.0\n");
-    writeln!(text, "element vertex {}", 3 * COUNT).unwrap();
+    writeln!(text, "element vertex {}", 3 * count).unwrap();
     for property in ["float x", "float y", "float z"] {
         writeln!(text, "property {property}").unwrap();
     }
     for colour in ["red", "green", "blue", "alpha"] {
         writeln!(text, "property uchar {colour}").unwrap();
     }
-    writeln!(text, "element face {COUNT}").unwrap();
+    writeln!(text, "element face {count}").unwrap();
     text += "property list uchar int vertex_indices\nend_header\n";
     text += &vertices;
-    for k in 0..COUNT {
+    for k in 0..count {
         writeln!(text, "3 {} {} {}", 3 * k, 3 * k + 1, 3 * k + 2).unwrap();
     }
     let file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
