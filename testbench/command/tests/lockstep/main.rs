@@ -372,4 +372,13 @@ fn a_fault_in_the_text_of_the_accumulation_is_seen() {
     faults_are_seen(nodes, &[("tree.v", "sweep_payload_pixel_q + ", "sweep_payload_pixel_q - ")]);
     let buffer = (arch, &[("frames", "2"), ("method", "buffer")][..]);
     faults_are_seen(buffer, &[("sums.v", "below_r} + ", "below_r} - ")]);
+    let outside = (arch, &[("frames", "4"), ("planes", "outside")][..]);
+    faults_are_seen(
+        outside,
+        &[
+            ("planes.v", "asked_payload_q + ", "asked_payload_q - "),
+            ("planes.v", "of_0_r_2} + ", "of_0_r_2} - "),
+            ("planes.v", "frame_q + ", "frame_q - "),
+        ],
+    );
 }
