@@ -354,6 +354,20 @@ fn a_fault_in_the_text_of_the_fbuffer_is_seen() {
             ("window.v", "counted_q + ", "counted_q - "),
         ],
     );
+    // Outside, and with words of two parts.
+    let (arch, _) = first("fbuffer");
+    let outside =
+        |way: &&Set| ["buffer", "kill"].iter().all(|name| way.iter().any(|(n, _)| n == name));
+    let way = arch.ways.iter().find(outside).unwrap();
+    faults_are_seen(
+        (arch, *way),
+        &[
+            ("ahead.v", "asked_q + ", "asked_q - "),
+            ("ahead.v", "(written_q + ", "(written_q - "),
+            ("ahead.v", ", begins}) - ", ", begins}) + "),
+            ("window.v", "asks && !there_i", "asks && there_i"),
+        ],
+    );
 }
 
 #[test]
