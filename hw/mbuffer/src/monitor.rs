@@ -158,7 +158,7 @@ impl<A: Allocator> Monitor<MBuffer<A>> for MBufferMonitor {
     fn new(cfg: &Config) -> MBufferMonitor {
         MBufferMonitor {
             front: FrontMonitor::new("store"),
-            chains: ChainsMonitor::new(if cfg.in_memory { "sum" } else { "array" }),
+            chains: ChainsMonitor::new(&cfg.chains, if cfg.in_memory { "sum" } else { "array" }),
             own: MBufferCounters::default(),
             blended: 0,
             term: StreamMonitor::new("term", if cfg.in_memory { "reader" } else { "array" }, "sum"),

@@ -171,7 +171,7 @@ impl Monitor<Ppll> for PpllMonitor {
         PpllMonitor {
             phases: PhaseCounts::default(),
             front: FrontMonitor::new("store"),
-            chains: ChainsMonitor::new("sorter"),
+            chains: ChainsMonitor::new(&cfg.chains, "sorter"),
             again: false,
             passed: 0,
             blended: 0,

@@ -131,10 +131,10 @@ impl<A: Allocator> Machine for TBuffer<A> {
 }
 
 impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
-    fn new(_: &Config) -> TBufferMonitor {
+    fn new(cfg: &Config) -> TBufferMonitor {
         TBufferMonitor {
             front: FrontMonitor::new("store"),
-            chains: ChainsMonitor::new("sorter"),
+            chains: ChainsMonitor::new(&cfg.chains, "sorter"),
             blended: 0,
             blender_idle: 0,
             sorted: StreamMonitor::new("sorted", "sorter", "blender"),

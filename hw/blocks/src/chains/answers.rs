@@ -9,7 +9,8 @@
 //! ```
 //! Each side answers in order, at its own pace. What comes before its turn waits in a queue of its side; what
 //! comes in its turn is passed on in the same cycle. One answer a cycle. The queues hold as many as may be under way, so that
-//! both sides can always answer. Where there are sections on one side alone there is no queue.
+//! both sides can always answer. Where there are sections on one side alone there is no queue; but where weights are kept in
+//! memory one for those on chip, as a fragment that is put to its place holds up the answers.
 
 use super::config::Config;
 use super::tables::{Word, unpacked};
@@ -24,7 +25,7 @@ pub struct Answers;
 pub struct State {
     /// Answers of sections on chip.
     #[with(cfg.shape.reads_in_flight)]
-    #[exists(cfg.mixes())]
+    #[exists(cfg.holds_answers())]
     pub on_chip: fifo::State,
     /// Answers of sections outside.
     #[with(cfg.shape.reads_in_flight)]
@@ -85,6 +86,11 @@ impl Config {
     pub fn mixes(&self) -> bool {
         self.shape.outside > 0 && self.first_outside() > 0
     }
+    /// Whether answers of sections on chip may have to wait for their turn.
+    #[inline]
+    pub fn holds_answers(&self) -> bool {
+        self.mixes() || self.weighs()
+    }
 }
 
 /// What the queue of a side is told: an answer that came waits if others do, or if it is not the side's turn.
@@ -112,9 +118,11 @@ impl Block for Answers {
     }
 
     fn memories(cfg: &Config) -> Mem {
-        let depth = if cfg.mixes() { cfg.shape.reads_in_flight } else { 0 };
-        let queue = || Queue::memories(&fifo::Config { depth, item: *cfg });
-        Mem { on_chip: queue(), outside: queue() }
+        let queue = |exists| {
+            let depth = if exists { cfg.shape.reads_in_flight } else { 0 };
+            Queue::memories(&fifo::Config { depth, item: *cfg })
+        };
+        Mem { on_chip: queue(cfg.holds_answers()), outside: queue(cfg.mixes()) }
     }
 
     #[inline(always)]
@@ -123,23 +131,23 @@ impl Block for Answers {
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Read<Word> {
         let mut word = if i.words.outside.valid { i.words.outside } else { i.words.on_chip };
-        if cfg.mixes() {
+        if cfg.holds_answers() {
             let queue = queue(cfg);
             let on_chip = Queue::moore(&queue, &q.on_chip, &m.on_chip).front;
-            let outside = Queue::moore(&queue, &q.outside, &m.outside).front;
             let turn_of_chip = i.oldest.valid && !i.oldest.payload;
-            let turn_of_outside = i.oldest.valid && i.oldest.payload;
-
             let to_on_chip = to_queue(i.words.on_chip, on_chip.valid, turn_of_chip);
             Queue::next(&queue, &q.on_chip, &mut d.on_chip, &mut m.on_chip, to_on_chip);
-            let to_outside = to_queue(i.words.outside, outside.valid, turn_of_outside);
-            Queue::next(&queue, &q.outside, &mut d.outside, &mut m.outside, to_outside);
-
-            let (waited, came) = if i.oldest.payload {
-                (outside, i.words.outside)
-            } else {
-                (on_chip, i.words.on_chip)
-            };
+            let (mut waited, mut came) = (on_chip, i.words.on_chip);
+            if cfg.mixes() {
+                let outside = Queue::moore(&queue, &q.outside, &m.outside).front;
+                let turn_of_outside = i.oldest.valid && i.oldest.payload;
+                let to_outside = to_queue(i.words.outside, outside.valid, turn_of_outside);
+                Queue::next(&queue, &q.outside, &mut d.outside, &mut m.outside, to_outside);
+                if i.oldest.payload {
+                    waited = outside;
+                    came = i.words.outside;
+                }
+            }
             word = Read {
                 valid: i.oldest.valid && (waited.valid || came.valid),
                 data: if waited.valid { waited.payload } else { came.data },

@@ -34,6 +34,7 @@ pub mod store;
 pub mod tables;
 #[cfg(test)]
 pub(crate) mod test_util;
+pub mod under_way;
 pub mod walk;
 pub mod weigh;
 pub mod wires;
@@ -59,6 +60,7 @@ use ssa::Ssa;
 use std::marker::PhantomData;
 use store::Store;
 use tables::SsaEntry;
+use under_way::UnderWay;
 pub use wires::{Events, Wires};
 
 /// The chains, with allocator `A`.
@@ -137,6 +139,10 @@ pub struct Mem<A: Allocator> {
     /// See [`occupancy`].
     #[block(Occupancy, *cfg)]
     pub occupancy: occupancy::Mem,
+    /// See [`under_way`].
+    #[block(UnderWay, *cfg)]
+    #[exists(cfg.weighs())]
+    pub under_way: under_way::Mem,
     /// See [`store`].
     #[block(Store, *cfg)]
     pub store: store::Mem,
@@ -266,6 +272,10 @@ impl<A: Allocator> Block for Chains<A> {
         if cfg.shape.bitmap {
             occupancy = Occupancy::moore(cfg, &(), &m.occupancy);
         }
+        let mut under_way = under_way::Moore::default();
+        if cfg.weighs() {
+            under_way = UnderWay::moore(cfg, &(), &m.under_way);
+        }
         let sections = Sections::moore(cfg, &q.sections, &m.sections);
         // What sections and SSA table see of the outside memory.
         let mut section_memory = i.outside;
@@ -304,9 +314,11 @@ impl<A: Allocator> Block for Chains<A> {
                 ssa,
                 nsa,
                 word,
+                under_way,
                 grant: pool.grant,
                 exhausted: pool.exhausted,
                 outside_ready: sections.ready,
+                reads: sections.reads,
             };
             Store::next(cfg, &q.store, &mut d.store, &mut m.store, to_store)
         } else {
@@ -358,9 +370,18 @@ impl<A: Allocator> Block for Chains<A> {
             };
             Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
         }
+        if cfg.weighs() {
+            let to_under_way = under_way::In {
+                ask: store.weighed_ask,
+                begins: store.weighed_begins,
+                ends: store.weighed_ends,
+                clear: i.clear,
+            };
+            UnderWay::next(cfg, &(), &mut (), &mut m.under_way, to_under_way);
+        }
         let to_sections = sections::In {
             write: if store.stored_write.valid { store.stored_write } else { store.place },
-            word: if store.stored_write.valid { store.stored_word } else { store.word },
+            word: store.word,
             read: if store.stored_read.valid { store.stored_read } else { back.read },
             taken: section_memory.ready,
         };

@@ -74,6 +74,8 @@ pub struct ChainsMonitor {
     /// Fragments that found no section.
     pub dropped: u64,
     own: ChainCounters,
+    /// The first section outside.
+    first_outside: u32,
     /// The row of the section that was taken last.
     row: u32,
     frame: Usage,
@@ -87,12 +89,13 @@ pub struct ChainsMonitor {
 
 impl ChainsMonitor {
     /// A monitor that has seen nothing; `receiver` is the block that takes what is read back.
-    pub fn new(receiver: &'static str) -> ChainsMonitor {
+    pub fn new(cfg: &Config, receiver: &'static str) -> ChainsMonitor {
         ChainsMonitor {
             stored: 0,
             spilled: 0,
             dropped: 0,
             own: ChainCounters::default(),
+            first_outside: cfg.first_outside(),
             row: 0,
             frame: Usage::default(),
             peak: Usage::default(),
@@ -119,7 +122,9 @@ impl ChainsMonitor {
         self.dropped += u64::from(e.dropped);
         self.own.pixels_stored += u64::from(e.first);
         self.own.allocator_stalls += u64::from(e.waits);
+        let mut takes_outside = false;
         if e.section_taken {
+            takes_outside = wires.grant.payload >= self.first_outside;
             let row = wires.grant.payload / ROW;
             self.own.row_switches += u64::from(row != self.row);
             self.row = row;
@@ -127,7 +132,7 @@ impl ChainsMonitor {
         let frame = &mut self.frame;
         frame.pixels += u64::from(e.first);
         frame.sections += u64::from(e.section_taken);
-        frame.outside_sections += u64::from(e.section_taken && e.spilled);
+        frame.outside_sections += u64::from(takes_outside);
         frame.words += u64::from(e.stored && !e.spilled);
         frame.outside_words += u64::from(e.spilled);
         Ok(())

@@ -10,12 +10,16 @@
 //! Those that pixels own and the first free ones are on chip, one access a cycle, and answer after a cycle; the others lie
 //! behind the port to outside memory, which answers by itself: see [`super::answers`]. While `ready` is low, none of those
 //! outside may be asked for.
+//!
+//! Where weights are kept in memory fragments are written and read in one cycle. A write goes first, and a read that it meets
+//! on its side waits in a queue of that side, as those that come behind it: so both sides work while one has more to do. Each
+//! side says whether it takes reads.
 
 use super::config::Config;
 use super::tables::{Place, Word, packed};
 use crate::skid::{self, Skid};
 use pellucid_machine::outside::Request;
-use pellucid_sim::{Block, Memory, Ram1RW, Read, Signals, Stream, rtl};
+use pellucid_sim::{Block, Fifo, Memory, Ram1RW, Read, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct Sections;
@@ -29,7 +33,7 @@ pub struct In {
     /// The fragment.
     #[with(*cfg)]
     pub word: Word,
-    /// Where a fragment is read. Never outside while one is written there.
+    /// Where a fragment is read. Only where weights are kept in memory while one is written.
     #[with(*cfg)]
     pub read: Stream<Place>,
     /// The outside memory takes the request.
@@ -44,9 +48,28 @@ pub struct State {
     #[exists(cfg.shape.outside > 0)]
     #[block(Requests)]
     pub requests: skid::State<Request>,
+    /// Reads on chip that wait.
+    #[with(WAITING)]
+    #[exists(cfg.weighs())]
+    #[block(Reads, waiting(true, cfg))]
+    pub on_chip_reads: fifo::State,
+    /// Those outside.
+    #[with(WAITING)]
+    #[exists(cfg.weighs() && cfg.shape.outside > 0)]
+    #[block(Reads, waiting(true, cfg))]
+    pub outside_reads: fifo::State,
 }
 
+/// Reads that wait on a side.
+const WAITING: u32 = 16;
+
 type Requests = Skid<Request>;
+type Reads = Fifo<Place>;
+
+#[inline(always)]
+fn waiting(exists: bool, cfg: &Config) -> fifo::Config<Config> {
+    fifo::Config { depth: if exists { WAITING } else { 0 }, item: *cfg }
+}
 
 /// What is seen before the inputs are known.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -56,6 +79,18 @@ pub struct Moore {
     pub on_chip: Read<Word>,
     /// Sections outside may be asked for.
     pub ready: bool,
+    /// Which reads may come while something is written.
+    #[exists(cfg.weighs())]
+    pub reads: ReadsReady,
+}
+
+/// On which sides reads may come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub struct ReadsReady {
+    /// Those on chip.
+    pub on_chip: bool,
+    /// Those outside.
+    pub outside: bool,
 }
 
 /// Outputs.
@@ -72,6 +107,10 @@ pub struct Out {
 pub struct Mem {
     /// Sections on chip.
     pub on_chip: Ram1RW<Word>,
+    /// Reads on chip that wait.
+    pub on_chip_reads: <Reads as Block>::Mem,
+    /// Those outside.
+    pub outside_reads: <Reads as Block>::Mem,
 }
 
 #[rtl]
@@ -95,9 +134,33 @@ fn outside_address(cfg: &Config, place: Place) -> u32 {
     (place.section - cfg.first_outside()) * cfg.shape.capacity + place.slot
 }
 
+/// What a side does about reads.
+#[derive(Clone, Copy, Debug, Signals)]
+struct Served {
+    /// The one that is carried out.
+    #[with(*cfg)]
+    read: Stream<Place>,
+    /// What its queue is told.
+    #[with(fifo::Config { depth: WAITING, item: *cfg })]
+    queue: fifo::In<Place>,
+}
+
+/// What a side does about a read that comes, where one is at the front of its queue, and it is free or not.
+#[inline(always)]
+#[rtl]
+fn serve(comes: Stream<Place>, front: Stream<Place>, free: bool) -> Served {
+    let first = if front.valid { front } else { comes };
+    let waits = comes.valid && (front.valid || !free);
+    Served {
+        read: Stream { valid: first.valid && free, payload: first.payload },
+        queue: fifo::In { push: Stream { valid: waits, payload: comes.payload }, pop: free },
+    }
+}
+
 #[rtl(
     check(Sections, crate::test_util::small(true)),
-    check(Sections, crate::test_util::small(false))
+    check(Sections, crate::test_util::small(false)),
+    check(Sections, crate::test_util::small_owned(true))
 )]
 impl Block for Sections {
     type Config = Config;
@@ -108,7 +171,11 @@ impl Block for Sections {
     type Mem = Mem;
 
     fn memories(cfg: &Config) -> Mem {
-        Mem { on_chip: Ram1RW::new(cfg.first_outside() * cfg.shape.capacity, *cfg, 1) }
+        Mem {
+            on_chip: Ram1RW::new(cfg.first_outside() * cfg.shape.capacity, *cfg, 1),
+            on_chip_reads: Reads::memories(&waiting(cfg.weighs(), cfg)),
+            outside_reads: Reads::memories(&waiting(cfg.weighs() && cfg.shape.outside > 0, cfg)),
+        }
     }
 
     #[inline(always)]
@@ -117,27 +184,68 @@ impl Block for Sections {
         if cfg.shape.outside > 0 {
             ready = Requests::moore(&cfg.section_port(), &q.requests, &()).ready;
         }
-        Moore { on_chip: m.on_chip.q(), ready }
+        let mut reads = ReadsReady::default();
+        if cfg.weighs() {
+            let waiting = waiting(true, cfg);
+            reads.on_chip = Reads::moore(&waiting, &q.on_chip_reads, &m.on_chip_reads).ready;
+            if cfg.shape.outside > 0 {
+                reads.outside = Reads::moore(&waiting, &q.outside_reads, &m.outside_reads).ready;
+            }
+        }
+        Moore { on_chip: m.on_chip.q(), ready, reads }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
-        let (write, read) = (i.write.payload, i.read.payload);
-        if i.write.valid && !cfg.is_outside(write.section) {
+        let (write, place) = (i.write.payload, i.read.payload);
+        let writes_outside = i.write.valid && cfg.is_outside(write.section);
+        let writes = i.write.valid && !writes_outside;
+        let reads_outside = i.read.valid && cfg.is_outside(place.section);
+        let mut read = Stream { valid: i.read.valid && !reads_outside, payload: place };
+        if cfg.weighs() {
+            let waiting = waiting(true, cfg);
+            let front = Reads::moore(&waiting, &q.on_chip_reads, &m.on_chip_reads).front;
+            let served = serve(read, front, !writes);
+            read = served.read;
+            let queue = served.queue;
+            Reads::next(
+                &waiting,
+                &q.on_chip_reads,
+                &mut d.on_chip_reads,
+                &mut m.on_chip_reads,
+                queue,
+            );
+        }
+        if writes {
             m.on_chip.write(on_chip_address(cfg, write), i.word);
         }
-        if i.read.valid && !cfg.is_outside(read.section) {
-            m.on_chip.read(on_chip_address(cfg, read));
+        if read.valid {
+            m.on_chip.read(on_chip_address(cfg, read.payload));
         }
         let mut request = Stream::idle();
         if cfg.shape.outside > 0 {
-            let writes = i.write.valid && cfg.is_outside(write.section);
-            let reads = i.read.valid && cfg.is_outside(read.section);
+            let mut read = Stream { valid: reads_outside, payload: place };
+            if cfg.weighs() {
+                let waiting = waiting(true, cfg);
+                let ready = Requests::moore(&cfg.section_port(), &q.requests, &()).ready;
+                let front = Reads::moore(&waiting, &q.outside_reads, &m.outside_reads).front;
+                let served = serve(read, front, ready && !writes_outside);
+                read = served.read;
+                let queue = served.queue;
+                Reads::next(
+                    &waiting,
+                    &q.outside_reads,
+                    &mut d.outside_reads,
+                    &mut m.outside_reads,
+                    queue,
+                );
+            }
             let mut push = Stream::idle();
-            if writes || reads {
-                let place = if writes { write } else { read };
+            if writes_outside || read.valid {
+                let place = if writes_outside { write } else { read.payload };
                 let address = outside_address(cfg, place);
-                push = Stream::offer(Request { write: writes, address, word: packed(i.word) });
+                push =
+                    Stream::offer(Request { write: writes_outside, address, word: packed(i.word) });
             }
             let to_requests = skid::In { push, taken: i.taken };
             request = Requests::next(
@@ -156,8 +264,9 @@ impl Block for Sections {
 mod tests {
     use super::*;
     use crate::chains::config::Shape;
-    use crate::test_util::{Clocked, pattern, screen, shape};
+    use crate::test_util::{Clocked, pattern, screen, shape, small_owned};
     use proptest::prelude::*;
+    use std::collections::VecDeque;
 
     const ON_CHIP: u32 = 3;
     const OUTSIDE: u32 = 2;
@@ -234,6 +343,64 @@ mod tests {
                 }
             }
             prop_assert_eq!(seen, asked);
+        }
+
+        /// With weights in memory a write goes at once, and a read in the first cycle in which nothing is written on its side and
+        /// all reads before it there have gone; outside, one that the port has room in.
+        #[test]
+        fn a_read_waits_for_writes_on_its_side_alone(
+            accesses in proptest::collection::vec(proptest::option::of((0..20u32, 0..6u32, any::<[bool; 4]>())), 0..60),
+            taken in pattern(),
+        ) {
+            let cfg = small_owned(true);
+            let mut table = Clocked::<Sections>::new(cfg);
+            for section in 0..cfg.first_outside() {
+                let place = Place { section, slot: 0 };
+                table.clock(writes(place)).unwrap();
+            }
+            let mut waiting = [VecDeque::new(), VecDeque::new()];
+            let (mut asked, mut requests, mut accesses) = (vec![], vec![], accesses.into_iter());
+            for cycle in 0.. {
+                let seen = table.moore();
+                // What is written and read lies in slots of its own.
+                let mut i = In { taken: taken.at(cycle), ..In::default() };
+                let next = accesses.next();
+                if let Some((on_chip, outside, [reads, there, writes, too])) = next.flatten() {
+                    let side = |is| if is { cfg.first_outside() + outside } else { on_chip };
+                    let place = Place { section: side(there), slot: 0 };
+                    let open = if there { seen.reads.outside } else { seen.reads.on_chip };
+                    i.read = Stream { valid: reads && open, payload: place };
+                    let place = Place { section: side(too), slot: 1 };
+                    i.write = Stream { valid: writes && (seen.ready || !too), payload: place };
+                    i.word = word(place);
+                }
+                let written = i.write.valid.then_some(cfg.is_outside(i.write.payload.section));
+                if i.read.valid {
+                    let side = usize::from(cfg.is_outside(i.read.payload.section));
+                    waiting[side].push_back(i.read.payload);
+                }
+                let out = table.clock(i).unwrap();
+                if out.request.valid && i.taken {
+                    let Request { write, address, .. } = out.request.payload;
+                    requests.push((write, address));
+                }
+                let mut answer = None;
+                if written != Some(false) {
+                    answer = waiting[0].pop_front();
+                }
+                let shown = table.moore().on_chip;
+                prop_assert_eq!(shown.valid.then_some(shown.data), answer.map(word));
+                if written == Some(true) {
+                    asked.push((true, (i.write.payload.section - cfg.first_outside()) * 2 + 1));
+                } else if seen.ready && let Some(place) = waiting[1].pop_front() {
+                    asked.push((false, (place.section - cfg.first_outside()) * 2));
+                }
+                let over = accesses.len() == 0 && waiting.iter().all(VecDeque::is_empty);
+                if over && asked.len() == requests.len() {
+                    break;
+                }
+            }
+            prop_assert_eq!(requests, asked);
         }
     }
 

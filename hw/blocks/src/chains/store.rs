@@ -17,14 +17,15 @@
 //! new section's NSA entry gets the number of the one that was first, NULL if there was none.
 //!
 //! Where each pixel owns a section, its first fragments go there. Where weights are kept in memory, a
-//! fragment is compared with all that its pixel has before it goes to its place: see [`weigh`].
+//! fragment is compared with all that its pixel has before it goes to its place, while the next ones come to hand: see [`weigh`].
 //!
 //! If no section is free anywhere the fragment is dropped, and `dropped` says so.
 
 use super::config::Config;
+use super::sections::ReadsReady;
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
+use super::under_way::{self, Mark};
 use super::weigh::{self, Weigh};
-use crate::weights::own_weight;
 use pellucid_machine::pixel::{Marked, PixelFragment};
 use pellucid_sim::Block;
 use pellucid_sim::{Fifo, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
@@ -75,17 +76,24 @@ pub struct In {
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
-    /// The oldest stored fragment that was asked for and is not there yet, if it comes: one outside only while such may be
-    /// asked for.
+    /// The oldest stored fragment that was asked for and is not there yet, if it comes in its turn: one outside only while such
+    /// may be asked for.
     #[with(*cfg)]
     pub word: Read<Word>,
+    /// Whether a fragment is being weighed of the pixel that was asked for.
+    #[with(*cfg)]
+    #[exists(cfg.weighs())]
+    pub under_way: under_way::Moore,
     /// A free section.
     #[with(cfg.id_bits())]
     pub grant: Stream<u32>,
     /// No section is free.
     pub exhausted: bool,
-    /// Sections outside may be asked for.
+    /// Fragments may be written outside.
     pub outside_ready: bool,
+    /// Where fragments may be read.
+    #[exists(cfg.weighs())]
+    pub reads: ReadsReady,
 }
 
 /// Outputs of registers.
@@ -94,7 +102,7 @@ pub struct In {
 pub struct Moore {
     /// A fragment is taken.
     pub ready: bool,
-    /// A stored fragment is on its way, to be compared; whether the oldest one lies outside.
+    /// The turn of a stored fragment has come, to be compared; whether it lies outside.
     #[exists(cfg.weighs())]
     pub oldest: Stream<bool>,
 }
@@ -119,21 +127,27 @@ pub struct Out {
     /// The pixel that was asked for last is set.
     #[with(cfg.screen.pixel_bits())]
     pub occupancy_set: Stream<u32>,
-    /// Where the fragment is written.
+    /// Where a fragment is written.
     #[with(*cfg)]
     pub place: Stream<Place>,
-    /// What is written there.
-    #[with(*cfg)]
-    pub word: Word,
-    /// Reads a stored fragment, to compare it with the one at hand.
+    /// Reads a stored fragment, to compare it with one that came.
     #[with(*cfg)]
     pub stored_read: Stream<Place>,
-    /// Writes it back with a new weight.
+    /// Writes it back with a new weight. Never while a fragment is written to its place.
     #[with(*cfg)]
     pub stored_write: Stream<Place>,
-    /// What is written back.
+    /// What is written.
     #[with(*cfg)]
-    pub stored_word: Word,
+    pub word: Word,
+    /// A pixel of which a fragment may be being weighed.
+    #[with(cfg.screen.pixel_bits())]
+    pub weighed_ask: Stream<u32>,
+    /// A fragment is being weighed from now on.
+    #[with(*cfg)]
+    pub weighed_begins: Stream<Mark>,
+    /// One is no more.
+    #[with(*cfg)]
+    pub weighed_ends: Stream<Mark>,
     /// The granted section is taken.
     pub take: bool,
     /// The fragment is its pixel's first.
@@ -202,6 +216,9 @@ impl Block for Store {
         let fragment = q.stage.payload.item;
         let PixelFragment { pixel, z, rgba, label } = fragment;
         let mut o = Out { frame_stored: q.stage.valid && q.stage.payload.end, ..Out::default() };
+        if cfg.weighs() {
+            o.frame_stored &= Weigh::moore(cfg, &q.weigh, &m.weigh).idle;
+        }
         let pixel_at_hand = q.stage.valid && !q.stage.payload.end;
         let at_hand = pixel_at_hand && cfg.is_there(i.ssa);
 
@@ -254,37 +271,60 @@ impl Block for Store {
         // Is a section to be had where one is needed?
         let needs = needs_first || beside.valid;
         o.dropped = needs && !i.grant.valid && i.exhausted;
-
-        // What is to be compared with the pixel's other fragments waits for that.
-        let mut weight = 0;
-        let mut weighing = false;
-        if cfg.weighs() {
-            let weighed = Weigh::moore(cfg, &q.weigh, &m.weigh).weight;
-            weighing = at_hand && !empty && !weighed.valid && !o.dropped;
-            weight = if empty { own_weight(rgba) } else { weighed.payload };
+        let mut place = slot;
+        if owns {
+            place = Stream::offer(Place { section: pixel, slot: 0 });
+        } else if needs {
+            let section = i.grant.payload;
+            place = Stream { valid: i.grant.valid, payload: Place { section, slot: 0 } };
         }
-        o.word = Word { z, rgba, weight, label };
-        o.waits = needs && !i.grant.valid && !i.exhausted && !weighing;
-        // What goes outside waits for the port.
-        let to_new = i.outside_ready || !cfg.is_outside(i.grant.payload);
-        let to_slot = i.outside_ready || !cfg.is_outside(slot.payload.section);
-        o.take = needs && i.grant.valid && !weighing && to_new;
-        o.first = owns || (needs_first && o.take);
+
+        // The fragment goes there, if that is not outside or the port is open; or, with its place, to be weighed.
+        o.word = Word { z, rgba, weight: 0, label };
+        let mut ready = i.outside_ready || !cfg.is_outside(place.payload.section);
+        let mut asks = true;
+        if cfg.weighs() {
+            let to_weigh = weigh::In {
+                fragment: Stream { valid: at_hand && !o.dropped, payload: fragment },
+                entry: i.ssa.data,
+                place,
+                under_way: i.under_way,
+                nsa: i.nsa,
+                word: i.word,
+                outside_ready: i.outside_ready,
+                reads: i.reads,
+            };
+            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut m.weigh, to_weigh);
+            ready = weigh.ready;
+            asks = weigh.ready;
+            o.place = weigh.place;
+            o.word = weigh.word;
+            o.stored_read = weigh.read;
+            o.stored_write = weigh.write;
+            o.weighed_begins = weigh.begins;
+            o.weighed_ends = weigh.ends;
+            o.nsa = weigh.nsa;
+        }
+        let goes = place.valid && ready;
+        if !cfg.weighs() {
+            o.place = Stream { valid: goes, payload: place.payload };
+        }
+        o.waits = needs && !i.grant.valid && !i.exhausted && asks;
+        o.take = needs && goes;
+        o.first = (owns || needs_first) && goes;
         let mut linking = false;
 
-        // The fragment goes to its place, and the tables learn of it.
-        if slot.valid && !weighing && to_slot {
-            o.place = slot;
+        // The tables learn of it.
+        if slot.valid && goes {
             let fill = slot.payload.slot + 1;
             if cfg.keeps_fill() {
                 o.ssa_write.write(pixel, SsaEntry { fill, ..i.ssa.data });
             } else {
                 o.nsa.write(slot.payload.section, NsaEntry { next: cfg.null, fill });
             }
-        } else if owns || o.take {
-            let new = if owns { pixel } else { i.grant.payload };
+        } else if goes {
+            let new = place.payload.section;
             let head = if cfg.shape.owned { 0 } else { new };
-            o.place = Stream::offer(Place { section: new, slot: 0 });
             if cfg.newest_first() {
                 // What the first one is linked to is NULL.
                 o.ssa_write.write(pixel, SsaEntry { head, tail: 0, fill: 1 });
@@ -309,27 +349,10 @@ impl Block for Store {
                 o.occupancy_set = Stream::offer(pixel);
             }
         }
-        if cfg.weighs() {
-            let to_weigh = weigh::In {
-                start: weighing,
-                fragment,
-                entry: i.ssa.data,
-                nsa: i.nsa,
-                word: i.word,
-                taken: o.place.valid,
-                outside_ready: i.outside_ready,
-            };
-            let weigh = Weigh::next(cfg, &q.weigh, &mut d.weigh, &mut m.weigh, to_weigh);
-            o.stored_read = weigh.read;
-            o.stored_write = weigh.write;
-            o.stored_word = weigh.word;
-            if weighing {
-                o.nsa = weigh.nsa;
-            }
-        }
 
         // The next fragment comes to hand once this one is done.
-        let done = !pixel_at_hand || linked || o.dropped || (o.place.valid && !linking);
+        let over = !q.stage.valid || o.frame_stored;
+        let done = over || linked || o.dropped || (goes && !linking);
         o.ssa_taken = pixel_at_hand && done;
         if done {
             d.fsm = Fsm::Start;
@@ -338,7 +361,10 @@ impl Block for Store {
             if front.valid && !front.payload.end {
                 o.ssa_read.read(front.payload.item.pixel);
                 o.occupancy_ask = Stream::offer(front.payload.item.pixel);
+                o.weighed_ask = o.occupancy_ask;
             }
+        } else if i.under_way.busy {
+            o.weighed_ask = Stream::offer(pixel);
         }
         let to_queue = fifo::In { push: i.fragment, pop: done };
         Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);

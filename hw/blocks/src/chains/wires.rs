@@ -40,9 +40,9 @@ pub struct Events {
     pub stored: bool,
     /// It was stored in an outside section.
     pub spilled: bool,
-    /// It was its pixel's first.
+    /// One that came is its pixel's first.
     pub first: bool,
-    /// It took a new section.
+    /// One that came took a new section.
     pub section_taken: bool,
     /// A fragment found no section.
     pub dropped: bool,

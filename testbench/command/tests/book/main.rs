@@ -42,8 +42,10 @@ fn what_pages_quote_from_the_sources_is_there() {
         let diagram = documented(&format!("hw/composer/src/{file}.rs"), "```text\n");
         holds("composer.md", part, &format!("```text\n{diagram}\n```\n"));
     }
-    let line = documented("hw/mbuffer/src/array.rs", "```text\n");
-    holds("mbuffer.md", "array", &format!("```text\n{line}\n```\n"));
+    for (file, part) in [("mbuffer/src/array", "array"), ("blocks/src/chains/weigh", "weigh")] {
+        let diagram = documented(&format!("hw/{file}.rs"), "```text\n");
+        holds("mbuffer.md", part, &format!("```text\n{diagram}\n```\n"));
+    }
 }
 
 /// What a fault changes stands once where it says; else the script that seeds faults ends there.

@@ -85,6 +85,8 @@ impl Bench {
                 grant,
                 exhausted: self.free.is_empty(),
                 outside_ready: self.port.at(cycle),
+                under_way: under_way::Moore::default(),
+                reads: ReadsReady::default(),
             };
             source.edge(self.sim.moore().ready);
             let out = self.sim.clock(i).unwrap().out;
