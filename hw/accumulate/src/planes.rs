@@ -68,10 +68,11 @@ pub struct State {
     pub pixel: u32,
     /// The level at which it is.
     #[width(cfg.level_bits())]
+    #[exists(cfg.levels() > 1)]
     pub level: u32,
     /// Operands that came for its node there.
-    #[width(bits_for(MOST_INPUTS as u64 - 1))]
-    #[exists(cfg.levels() > 0)]
+    #[width(bits_for(u64::from(cfg.operands())))]
+    #[exists(cfg.operands() > 0)]
     pub have: u32,
     /// These, but for the last.
     #[with(cfg.channel_bits())]
@@ -79,7 +80,7 @@ pub struct State {
     pub operands: [Colour; MOST_INPUTS],
     /// What came of the levels below.
     #[with(cfg.channel_bits())]
-    #[exists(cfg.levels() > 0)]
+    #[exists(cfg.levels() > 1 || cfg.has_top())]
     pub mean: Stream<Colour>,
     /// Pixels of a frame.
     #[with(FRAMES.depth)]
@@ -159,9 +160,9 @@ impl Config {
     fn answers(&self) -> fifo::Config<u32> {
         fifo::Config { depth: self.params.reads_in_flight, item: self.channel_bits() }
     }
-    /// Bits of a level's number, and of one more than there are.
+    /// Bits of a level's number.
     pub(super) fn level_bits(&self) -> u32 {
-        if self.levels() == 0 { 0 } else { bits_for(u64::from(self.levels())) }
+        if self.levels() < 2 { 0 } else { bits_for(u64::from(self.levels() - 1)) }
     }
     pub(super) fn plane_number_bits(&self) -> u32 {
         if self.planes() < 2 { 0 } else { bits_for(u64::from(self.planes() - 1)) }
@@ -310,7 +311,9 @@ impl Block for Planes {
                             result = mean(&level.node, of, edges);
                             merges = 1 << k;
                             d.have = 0;
-                            d.level = k + 1;
+                            if k + 1 < cfg.levels() {
+                                d.level = k + 1;
+                            }
                             d.mean = Stream::offer(result);
                         }
                     }
@@ -364,7 +367,7 @@ impl Block for Planes {
         // A pass ends, and the next one begins.
         if through && last {
             d.pass.valid = false;
-            let tops = cfg.has_top() && !pass.shows && pass.writes == 0;
+            let tops = cfg.has_top() && pass.to < cfg.levels() && pass.writes == 0;
             for k in 0..cfg.levels() {
                 let merged = k >= pass.from && k < pass.to;
                 if merged || (k == pass.to && !tops) {
@@ -376,8 +379,10 @@ impl Block for Planes {
                 d.frame = if pass.closes { 0 } else { q.frame + 1 };
             }
             if cfg.has_top() {
-                d.top =
-                    Stream { valid: tops, payload: Top { level: pass.to, closes: pass.closes } };
+                d.top = Stream::idle();
+                if tops {
+                    d.top = Stream::offer(Top { level: pass.to, closes: pass.closes });
+                }
             }
         }
         if !q.pass.valid {

@@ -50,6 +50,7 @@ fn beside(arch: &str, name: &str, end: &str) -> &'static [&'static str] {
         ("accumulate", "sum_bits", _) => &["method=buffer", "frames=3"],
         ("accumulate", "weight_bits", _) => &["frames=3", "weights=gaussian"],
         ("accumulate", "branching", _) => &["frames=8"],
+        ("accumulate", "reads_in_flight", _) => &["frames=4", "planes=outside"],
         ("accumulate", ..) => &["frames=4"],
         _ => &[],
     }

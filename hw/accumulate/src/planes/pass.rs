@@ -3,7 +3,7 @@
 use crate::config::Config;
 use crate::level::Fill;
 use crate::tree::MOST_LEVELS;
-use pellucid_sim::{Signals, Stream, rtl};
+use pellucid_sim::{Signals, Stream, bits_for, rtl};
 
 /// A sweep of the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
@@ -16,9 +16,10 @@ pub struct Pass {
     pub closes: bool,
     /// The first level at which it merges.
     #[width(cfg.level_bits())]
+    #[exists(cfg.has_top())]
     pub from: u32,
     /// The level that its result comes to: what is below merges.
-    #[width(cfg.level_bits())]
+    #[width(if cfg.levels() == 0 { 0 } else { bits_for(u64::from(cfg.levels())) })]
     pub to: u32,
     /// The planes that it reads, a bit for each.
     #[width(cfg.planes())]
