@@ -100,9 +100,12 @@ pub(super) fn size(args: &SizeArgs) -> anyhow::Result<bool> {
     let arch = args.machine.arch()?;
     let mut cases = vec![];
     let mut needs: Option<Needs> = None;
+    let mut sequence = args.sequence.clone();
+    sequence.frames = sequence.frames.or(args.machine.frames()?);
     for scene in &args.scene {
-        let (source, frames) = args.sequence.open(scene, &args.view, false)?;
+        let (source, frames) = sequence.open(scene, &args.view, args.machine.accumulates()?)?;
         let machine = first(args, source.screen(), frames)?;
+        let frames = frames.next_multiple_of(machine.frames_of_image());
         let mut progress = Progress::new("golden model", None, args.quiet);
         let case = Case::new(scene, source, &*machine, &mut progress)?;
         let case = case.with_frames(frames, &*machine, &mut progress)?;

@@ -143,6 +143,23 @@ fn what_cannot_be_sized_is_said() {
 }
 
 /// Where nobody says how large memory outside is, no frame is too large for it.
+/// Planes on the chip are part of a budget, and it is said that they could lie outside; the frames of an image are those of `-p frames`.
+#[test]
+fn planes_of_an_accumulated_image_are_sized() {
+    let folder = folder();
+    let args = ["--arch", "accumulate", "-p", "frames=4"];
+    let few = [&["size", "--quiet"], &SMALL[..], &args, &["--budget", "1k"]].concat();
+    let output = pellucid(folder.path(), &few);
+    assert!(
+        stderr(&output).contains("; `-p planes=outside` has less there"),
+        "{}",
+        stderr(&output)
+    );
+    let text = sized(folder.path(), &[&args[..], &["-p", "planes=outside"]].concat());
+    assert!(text.contains("planes = \"outside\""), "{text}");
+    assert_eq!(dropped(folder.path(), &text, &[]), 0, "{text}");
+}
+
 #[test]
 fn what_lies_outside_is_as_large_as_the_frame_needs() {
     let folder = folder();
