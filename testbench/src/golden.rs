@@ -171,19 +171,27 @@ pub struct By {
 impl Reference {
     /// Several frames of one size as if they were one, each below the one before.
     pub fn stacked<'a>(frames: impl IntoIterator<Item = &'a Reference> + Clone) -> Reference {
-        let images = frames.clone().into_iter().map(|frame| &frame.image);
+        let mut all = Reference::counted(frames.clone());
+        let images = |of: &dyn Fn(&'a Reference) -> &'a Image| {
+            Image::stacked(frames.clone().into_iter().map(of))
+        };
+        all.image = images(&|frame| &frame.image);
+        for by in &mut all.further {
+            by.image = images(&|frame| frame.image_by(by.arithmetic));
+        }
+        all.layers = frames.into_iter().flat_map(|frame| &frame.layers).copied().collect();
+        all
+    }
+
+    /// What was counted in several frames, without their pixels.
+    fn counted<'a>(frames: impl IntoIterator<Item = &'a Reference> + Clone) -> Reference {
         let first = frames.clone().into_iter().next();
         let further = first.into_iter().flat_map(|frame| &frame.further).map(|by| {
             let arithmetic = by.arithmetic;
-            let images = frames.clone().into_iter().map(|frame| frame.image_by(arithmetic));
             let killed = frames.clone().into_iter().map(|frame| frame.killed_by(arithmetic));
-            By { arithmetic, image: Image::stacked(images), killed: killed.sum() }
+            By { arithmetic, image: Image::default(), killed: killed.sum() }
         });
-        let mut all = Reference {
-            image: Image::stacked(images),
-            further: further.collect(),
-            ..Reference::default()
-        };
+        let mut all = Reference { further: further.collect(), ..Reference::default() };
         for frame in frames {
             all.fragments += frame.fragments;
             all.opaque += frame.opaque;
@@ -192,7 +200,6 @@ impl Reference {
             all.blended += frame.blended;
             all.transparent_pixels += frame.transparent_pixels;
             all.max_layers = all.max_layers.max(frame.max_layers);
-            all.layers.extend(&frame.layers);
             add(&mut all.layer_histogram, &frame.layer_histogram);
             all.stored += frame.stored;
             all.stored_pixels += frame.stored_pixels;

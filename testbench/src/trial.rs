@@ -31,7 +31,7 @@ pub struct Case {
     /// How many items they are sent: fragments or primitives.
     pub items: u64,
     /// What machines must give of the frames that come after it in the same run, each as [`Source::later`] has it.
-    pub later: Arc<[Reference]>,
+    pub later: Arc<[Arc<Reference>]>,
     /// How often a machine plays them before the time that counts.
     pub warm_up: u32,
     /// The most cycles that a machine may take, if there is a limit.
@@ -157,10 +157,11 @@ impl Case {
         }
         let later = (1..frames).map(|number| {
             let Some(source) = self.source.later(number)? else {
-                return Ok((*self.reference).clone());
+                return Ok(self.reference.clone());
             };
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
-            Ok(judged(&source, &view(machine, &source)?, golden, progress)?.0)
+            let (reference, _) = judged(&source, &view(machine, &source)?, golden, progress)?;
+            Ok(Arc::new(reference))
         });
         let later = later.collect::<Result<_, CaseError>>()?;
         Ok(Case { later, ..self })
@@ -172,7 +173,7 @@ impl Case {
     }
 
     fn references(&self) -> impl Iterator<Item = &Reference> + Clone {
-        [&*self.reference].into_iter().chain(&*self.later)
+        [&self.reference].into_iter().chain(&*self.later).map(|reference| &**reference)
     }
 
     /// How many frames a run has.
@@ -259,10 +260,9 @@ impl Case {
                 (reference, Verdict::new(reference, arithmetic, image, &tally, closed_forms))
             }
             (images, accumulation) => {
-                let stacked = Reference::stacked(references);
                 several = match accumulation {
-                    Some(by) => stacked.accumulated(self.frames(), &by),
-                    None => stacked,
+                    Some(by) => Reference::accumulated(references, &by),
+                    None => Reference::stacked(references),
                 };
                 let image = Image::stacked(images);
                 let verdict = Verdict::new(&several, arithmetic, &image, &tally, closed_forms);

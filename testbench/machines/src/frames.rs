@@ -219,10 +219,9 @@ impl Setup {
 
     /// What the golden model says of several frames together, and of the images that a machine accumulates of them.
     fn together(&self, references: &[Reference]) -> Reference {
-        let stacked = Reference::stacked(references);
         match self.model.accumulation() {
-            Some(by) => stacked.accumulated(references.len() as u32, &by),
-            None => stacked,
+            Some(by) => Reference::accumulated(references, &by),
+            None => Reference::stacked(references),
         }
     }
 

@@ -18,21 +18,20 @@ pub struct Accumulated {
 }
 
 impl Reference {
-    /// So many frames, which were [stacked](Reference::stacked), as the images that a machine makes of them; frames that make no
-    /// whole image are left out.
-    #[must_use]
-    pub fn accumulated(self, frames: u32, by: &Accumulation) -> Reference {
-        let Image { width, height, pixels } = &self.image;
-        let rows = height / frames;
-        let (of_frame, of_image) = ((width * rows) as usize, by.frames() as usize);
-        let images = frames / by.frames();
-        let image = || Image { width: *width, height: rows * images, pixels: vec![] };
+    /// Several frames of one size as the images that a machine makes of them; frames that make no whole image are left out.
+    pub fn accumulated<'a>(
+        frames: impl IntoIterator<Item = &'a Reference> + Clone,
+        by: &Accumulation,
+    ) -> Reference {
+        let images: Vec<&Image> = frames.clone().into_iter().map(|frame| &frame.image).collect();
+        let whole = images.chunks_exact(by.frames() as usize);
+        let (width, rows) = images.first().map_or((0, 0), |image| (image.width, image.height));
+        let image = || Image { width, height: rows * whole.len() as u32, pixels: vec![] };
         let (mut exact, mut found) = (image(), image());
-        for frames in pixels.chunks_exact(of_frame * of_image) {
-            for place in 0..of_frame {
+        for frames in whole {
+            for place in 0..frames[0].pixels.len() {
                 let channel = |shift: u32| -> Vec<u8> {
-                    let of_pixel = frames.iter().skip(place).step_by(of_frame);
-                    of_pixel.map(|colour| (colour >> shift) as u8).collect()
+                    frames.iter().map(|frame| (frame.pixels[place] >> shift) as u8).collect()
                 };
                 let channels = [16, 8, 0].map(channel);
                 let colour = |of: &dyn Fn(&[u8]) -> u8| {
@@ -48,7 +47,7 @@ impl Reference {
             image: found,
             error_bound: by.error_bound,
         };
-        Reference { image: exact, accumulated: Some(accumulated), ..self }
+        Reference { image: exact, accumulated: Some(accumulated), ..Reference::counted(frames) }
     }
 }
 
@@ -77,7 +76,7 @@ mod tests {
         let weights = vec![1, 1];
         let by =
             Accumulation { name: "first", weights, channel: Box::new(|of| of[0]), error_bound: 9 };
-        let made = Reference::stacked(&frames).accumulated(4, &by);
+        let made = Reference::accumulated(&frames, &by);
         assert_eq!((made.image.width, made.image.height), (1, 4));
         assert_eq!(made.image.pixels, [0x18_00_00, 0x00_00_02, 0xff_ff_ff, 0x02_02_02]);
         let found = made.accumulated.unwrap();

@@ -93,7 +93,7 @@ fn accumulated_images_are_held_to_their_own_and_to_the_mean() {
     let fragments = Fragments { arrived: 6, stored: 6, blended: 6, ..Fragments::default() };
     let tally = Tally { fragments, ..Tally::default() };
     let judged = |image: &Image, error_bound| {
-        let made = Reference::stacked(&frames).accumulated(4, &by(error_bound));
+        let made = Reference::accumulated(&frames, &by(error_bound));
         Verdict::new(&made, Arithmetic::BLEND, image, &tally, vec![]).of_frames(4)
     };
     let right = Image::stacked([&dark.image, &frames[1].image]);
