@@ -1,7 +1,6 @@
 //! `explore`: studies.
 
 use super::*;
-use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -62,7 +61,7 @@ pub fn kept(points: &Path) -> usize {
 }
 
 /// The rows that a study has left.
-fn rows(out: &Path) -> Vec<Value> {
+pub fn rows(out: &Path) -> Vec<Value> {
     let text = fs::read_to_string(out.join("points.jsonl")).unwrap();
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
@@ -314,63 +313,6 @@ fn a_study_without_a_design_left_fails() {
     assert_eq!(output.status.code(), Some(1));
     let rows = rows(&folder.path().join("pellucid-explore"));
     assert_eq!(rows[0]["status"], "lossy");
-}
-
-/// What pandas reads of it: one line, a row for each point, numbers as numbers.
-#[test]
-fn pandas_loads_points() {
-    let folder = folder();
-    let python =
-        |code: &str| Command::new("python3").args(["-c", code]).current_dir(folder.path()).output();
-    if !python("import pandas").is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 with pandas is not installed");
-        return;
-    }
-    write(folder.path(), STUDY);
-    exact(explore(folder.path(), &[]));
-    let rows = rows(&folder.path().join("pellucid-explore"));
-    let right = rows.iter().filter(|row| row["status"] == "right");
-    let total: u64 = right.clone().map(|row| row["cycles.total"].as_u64().unwrap()).sum();
-    let code = "import pandas; p = pandas.read_csv('pellucid-explore/points.csv')\n\
-                r = p[p.status == 'right']; print(len(p), len(r), int(r['cycles.total'].sum()))";
-    let output = python(code).unwrap();
-    assert_eq!(stdout(&output).trim(), format!("{} {} {total}", rows.len(), right.count()));
-}
-
-/// The script of the book draws a mark for each design that is right on every scene.
-#[test]
-fn a_script_plots_points() {
-    let folder = folder();
-    let python =
-        |args: &[&str]| Command::new("python3").args(args).current_dir(folder.path()).output();
-    if !python(&["-c", "import pandas, matplotlib"]).is_ok_and(|output| output.status.success()) {
-        println!("skipped: python3 with pandas and matplotlib is not installed");
-        return;
-    }
-    write(folder.path(), STUDY);
-    exact(explore(folder.path(), &[]));
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/studies/plots.py");
-    let args = [script, "pellucid-explore", "cycles.total", "storage.on_chip_bytes"];
-    exact(python(&args).unwrap());
-    let out = folder.path().join("pellucid-explore");
-    let mut designs: BTreeMap<u64, bool> = BTreeMap::new();
-    for row in rows(&out) {
-        *designs.entry(row["design"].as_u64().unwrap()).or_insert(true) &= row["status"] == "right";
-    }
-    let front = fs::read_to_string(out.join("front.svg")).unwrap();
-    let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
-    let front = Document::parse_with_options(&front, options).unwrap();
-    let within = |node: &Node, what: &str| {
-        node.ancestors().any(|above| above.attribute("id").is_some_and(|id| id.starts_with(what)))
-    };
-    let marks = front.descendants().filter(|node| {
-        node.tag_name().name() == "use" && within(node, "PathCollection") && !within(node, "legend")
-    });
-    assert_eq!(marks.count(), designs.values().filter(|right| **right).count());
-    let effects = fs::read_to_string(out.join("effects.svg")).unwrap();
-    assert!(effects.contains("<!-- dfb: index -->"), "{effects}");
-    let output = python(&[script, "pellucid-explore", "cycles.total", "bytes"]).unwrap();
-    assert_eq!(stderr(&output), "error: `bytes` is no column of pellucid-explore/points.csv\n");
 }
 
 /// Shares in any order, by several processes at once, one of them killed and run again: together they are the study.

@@ -19,6 +19,7 @@ mod energy;
 mod explain;
 mod explore;
 mod explore_page;
+mod explore_python;
 mod export;
 mod frames;
 mod page;
