@@ -333,7 +333,7 @@ fn a_fault_in_the_text_of_the_ppll_is_seen() {
             ("rebuild.v", "limit_q << 1'd1", "limit_q << 2'd2"),
             ("rebuild.v", "n ? STEP_CLEAR", "n ? STEP_RESOLVE"),
             ("sorter.v", "fell_q + ", "fell_q - "),
-            ("store.v", "slot_payload_slot_2 + ", "slot_payload_slot_2 - "),
+            ("store.v", "place_payload_slot + ", "place_payload_slot - "),
         ],
     );
 }
