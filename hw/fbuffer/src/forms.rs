@@ -73,17 +73,18 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
             figure("sort_passes"),
         ));
     }
-    // Neither vertices nor fragments come faster than they can; the last fragment of a play need not wait for another. Outside memory
-    // takes a request a cycle.
+    // Neither vertices nor fragments come faster than they can; the last fragment of a play need not wait for another, and
+    // fragments that are discarded come while a shaded one lasts. Outside memory takes a request a cycle.
     let cycles = tally.cycles.total;
     let vertices = u64::from(cfg.params.vertex_cycles) * figure("vertices");
     let apart = figure("shaded").saturating_sub(figure("submissions"));
-    let fragments = u64::from(cfg.params.fragment_cycles) * apart + figure("discarded");
+    let shaded = u64::from(cfg.params.fragment_cycles) * apart;
+    let come = apart + figure("discarded");
     let requests = match tally.memory(cfg.memory().0) {
         Some(buffer) if cfg.outside() => buffer.info.reads + buffer.info.writes,
         _ => 0,
     };
-    for least in [vertices, fragments, requests] {
+    for least in [vertices, shaded, come, requests] {
         checks.push(check("cycles, at least the largest term", least, least.min(cycles)));
     }
     checks

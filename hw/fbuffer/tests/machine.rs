@@ -123,6 +123,17 @@ fn a_play_is_bound_by_vertices_or_by_fragments() {
     }
 }
 
+/// While one is shaded, those that were killed before are passed over.
+#[test]
+fn what_is_discarded_comes_while_another_one_is_shaded() {
+    let settings =
+        [("program", "sieve"), ("kill", "compact"), ("size", "64"), ("fragment_cycles", "7")];
+    let tally = tally(&settings, &points(2000));
+    let [shaded, discarded] = figures(&tally, ["shaded", "discarded"]);
+    assert!(discarded > 300, "{discarded}");
+    assert!(tally.cycles.total < 7 * shaded + discarded, "{shaded} {discarded}");
+}
+
 /// With the F-buffer outside there is a third term: what its port moves. A word of `sieve` has 129 bits, of `glass` with three targets 384.
 #[test]
 fn a_play_is_bound_by_the_port_too() {

@@ -20,7 +20,7 @@
 //! fragments come as fast as the slower side has accesses, or as they are compared.
 //!
 //! So fragments of several pixels are under way, `reads_in_flight` at most, and as many reads of stored ones, while memory outside
-//! takes its time: see [`under_way`](super::under_way) for what keeps those of one pixel in turn. All go to their places in order.
+//! takes its time: see [`under_way`] for what keeps those of one pixel in turn. All go to their places in order.
 
 use super::config::Config;
 use super::sections::ReadsReady;
