@@ -129,10 +129,11 @@ fn points_are_runs_and_the_front_is_what_nothing_beats() {
         let about = columns[column]["about"].as_str().unwrap();
         assert!(about.ends_with('.'), "{column}: {about}");
     }
-    assert_eq!(
-        names(&out),
-        ["columns.json", "explore.html", "points", "points.csv", "points.jsonl"]
-    );
+    let mut files = vec!["columns.json", "explore.html", "points", "points.csv", "points.jsonl"];
+    if cfg!(feature = "parquet") {
+        files.push("points.parquet");
+    }
+    assert_eq!(names(&out), files);
 }
 
 /// What was done is not done again: by the same study, by another one, or after it was killed.
