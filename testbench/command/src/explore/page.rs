@@ -137,19 +137,15 @@ fn data(
     })
 }
 
-/// The images of designs, each once: of those on the front first, then of others that are in, as many as there is room for.
+/// The images of designs, each once, as many as there is room for: of those on the front first, then of others that are in.
 fn images(
     points: &Points,
     candidates: &[Candidate],
     standings: &[(Standing, bool)],
 ) -> HashMap<String, String> {
-    let those = |which: &'static dyn Fn(&(Standing, bool)) -> bool| {
-        let those = candidates.iter().zip(standings).filter(move |(_, standing)| which(standing));
-        those.flat_map(|(candidate, _)| candidate.outcomes.iter().flatten())
-    };
-    let all = those(&|(_, front)| *front)
-        .chain(those(&|(standing, front)| !front && matches!(standing, Standing::In(_))))
-        .chain(those(&|(standing, _)| matches!(standing, Standing::Out { .. })));
+    let mut all: Vec<_> = candidates.iter().zip(standings).collect();
+    all.sort_by_key(|(_, (standing, front))| (!front, standing.values().is_none()));
+    let all = all.into_iter().flat_map(|(candidate, _)| candidate.outcomes.iter().flatten());
     let (mut images, mut room) = (HashMap::new(), MOST_IMAGES);
     for name in all.filter_map(|outcome| outcome.image.as_ref()) {
         if images.contains_key(name) {

@@ -115,9 +115,19 @@ impl Points {
             digest(&program).with_context(|| format!("cannot read `{}`", program.display()))?;
         let folder = folder.join(format!("{}-{}", env!("CARGO_PKG_VERSION"), &program[..8]));
         create_dir(&folder)?;
-        let about = fs::read(folder.join(ABOUT)).ok();
-        let about = about.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
-        Ok(Points { folder, program, digests: Mutex::default(), about: Mutex::new(about) })
+        let points = Points { folder, program, digests: Mutex::default(), about: Mutex::default() };
+        points.learn();
+        Ok(points)
+    }
+
+    /// Takes up what others have kept of what figures are.
+    pub fn learn(&self) {
+        let said = fs::read(self.folder.join(ABOUT)).ok();
+        let said: Option<Map<String, Json>> = said.and_then(|t| serde_json::from_slice(&t).ok());
+        // A thread that panicked while it held the table has ended the work anyway.
+        if let (Some(said), Ok(mut about)) = (said, self.about.lock()) {
+            about.extend(said);
+        }
     }
 
     /// Where they are.
@@ -232,15 +242,15 @@ impl Points {
 
     /// Adds what is said of figures.
     fn tell(&self, said: Map<String, Json>) -> Result<(), OutputError> {
-        // A thread that panicked while it held the table has ended the work anyway.
-        let Ok(mut about) = self.about.lock() else { return Ok(()) };
-        let known = about.len();
-        said.into_iter().for_each(|(figure, what)| {
-            about.entry(figure).or_insert(what);
-        });
-        if about.len() == known {
+        let is_known =
+            |about: &Map<String, Json>| said.keys().all(|figure| about.contains_key(figure));
+        if self.about.lock().is_ok_and(|about| is_known(&about)) {
             return Ok(());
         }
+        self.learn();
+        // A thread that panicked while it held the table has ended the work anyway.
+        let Ok(mut about) = self.about.lock() else { return Ok(()) };
+        about.extend(said);
         put(&self.folder.join(ABOUT), &format!("{:#}\n", Json::Object(about.clone())))
     }
 

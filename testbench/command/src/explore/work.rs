@@ -194,6 +194,7 @@ impl Work<'_> {
             });
             let done = before - self.left();
             self.run += done;
+            self.points.learn();
             progress.steps(done as u64);
             seen(&self.candidates)?;
             if last {

@@ -39,12 +39,14 @@ fn well(output: Output) -> Output {
 /// What workers have left is what this process alone leaves.
 #[track_caller]
 fn as_alone(folder: &Path, text: &str) {
-    let rows = |out: &str| fs::read_to_string(folder.join(out).join("points.csv")).unwrap();
-    let workers = rows("pellucid-explore");
+    let of = |out: &str, file| fs::read_to_string(folder.join(out).join(file)).unwrap();
+    let [workers, columns] =
+        ["points.csv", "columns.json"].map(|file| of("pellucid-explore", file));
     write(folder, text);
     let args = ["explore", "study.toml", "--out", "alone", "--points", "other", "--quiet"];
     exact(pellucid(folder, &args));
-    assert_eq!(workers.replace("shared/", "other/"), rows("alone"));
+    assert_eq!(workers.replace("shared/", "other/"), of("alone", "points.csv"));
+    assert_eq!(columns, of("alone", "columns.json"));
     let kept = exact(pellucid(folder, &["explore", "study.toml", "--points", "shared"]));
     assert!(stdout(&kept).contains(" 0 points were run, "), "{}", stdout(&kept));
 }
