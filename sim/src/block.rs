@@ -85,7 +85,7 @@ where
     /// builds) a register wider than declared or a word read before it was written.
     #[inline(always)]
     pub fn clock(&mut self, i: B::In) -> Result<Cycle<'_, B>, Fault> {
-        self.q.follow(&self.d);
+        self.q.follow(&self.cfg, &self.d);
         let out = B::next(&self.cfg, &self.q, &mut self.d, &mut self.mem, i);
         if self.mem.clock() {
             self.at_fault = Some(out);

@@ -7,6 +7,9 @@ use crate::label::Label;
 use crate::netlist::Lift;
 use std::fmt;
 
+/// Bytes of registers that [`Signals::follow`] takes without asking what of them exists.
+pub const TAKEN_WHOLE: usize = 256;
+
 /// What a signal's bits mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -71,6 +74,11 @@ pub trait Signals: Copy + Lift {
     /// The bundle that [`Signals::sample`] gives these values for; bits beyond a signal's Rust type
     /// are cut off, a number beyond the last state counts round.
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
+    /// Takes the values of `from`, as far as there are such signals.
+    #[inline(always)]
+    fn follow(&mut self, _cfg: &Self::Config, from: &Self) {
+        *self = *from;
+    }
 }
 
 /// The registers of a block: signals, or a struct that holds lines of children too, which are as long as the
@@ -89,8 +97,8 @@ pub trait Registers: Clone {
     fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
     /// As [`Signals::restore`].
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
-    /// Takes the values of `from`, which is of the same configuration.
-    fn follow(&mut self, from: &Self);
+    /// As [`Signals::follow`].
+    fn follow(&mut self, cfg: &Self::Config, from: &Self);
 }
 
 impl<T: Signals> Registers for T {
@@ -110,8 +118,8 @@ impl<T: Signals> Registers for T {
         <T as Signals>::restore(cfg, from)
     }
     #[inline(always)]
-    fn follow(&mut self, from: &T) {
-        *self = *from;
+    fn follow(&mut self, cfg: &<T as Signals>::Config, from: &T) {
+        Signals::follow(self, cfg, from);
     }
 }
 

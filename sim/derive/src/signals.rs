@@ -204,25 +204,43 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
     let config_of =
         |field: &Field| parts.iter().find(|p| p.field.ident == field.ident).map(|p| p.cfg.clone());
     let reset = children::maker(input, fields, &config, ["reset", "reset"], config_of)?;
-    if lines {
+    // What is small is taken as a whole: that costs less than to ask what of it exists.
+    let is_child = |p: &Part| p.field.attrs.iter().any(|a| a.path().is_ident("block"));
+    let apart = lines || parts.iter().any(|p| p.partly || p.exists.is_some() || is_child(p));
+    let follow = apart.then(|| {
         let follow = parts.iter().map(|p| {
-            let id = &p.field.ident;
-            match &p.len {
-                Some(_) => quote! {
-                    for (own, from) in self.#id.iter_mut().zip(&from.#id) { #bundle::follow(own, from); }
+            let (id, cfg) = (&p.field.ident, &p.cfg);
+            p.where_it_exists(match &p.len {
+                Some(len) => quote! {
+                    let len = (#len) as usize;
+                    for (k, (own, from)) in self.#id[..len].iter_mut().zip(&from.#id[..len]).enumerate() {
+                        #bundle::follow(own, #cfg, from);
+                    }
                 },
-                None => quote! { #bundle::follow(&mut self.#id, &from.#id); },
+                None => quote! { #bundle::follow(&mut self.#id, #cfg, &from.#id); },
+            })
+        });
+        let whole = (!lines).then(|| quote! {
+            if size_of::<Self>() <= ::pellucid_sim::signals::TAKEN_WHOLE {
+                *self = *from;
+                return;
             }
         });
+        quote! {
+            #[inline(always)]
+            fn follow(&mut self, cfg: &#config, from: &Self) {
+                #whole
+                #(#follow)*
+                #(self.#hidden = from.#hidden.clone();)*
+            }
+        }
+    });
+    if lines {
         return Ok(quote! {
             #[allow(unused_variables)]
             impl #impl_generics #bundle for #name #ty_generics #where_clause {
                 #shown
-                #[inline(always)]
-                fn follow(&mut self, from: &Self) {
-                    #(#follow)*
-                    #(self.#hidden = from.#hidden.clone();)*
-                }
+                #follow
             }
             #reset
         });
@@ -236,6 +254,7 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
         #[allow(unused_variables)]
         impl #impl_generics #bundle for #name #ty_generics #where_clause {
             #shown
+            #follow
         }
         #reset
     })

@@ -55,6 +55,13 @@ macro_rules! chosen {
                     $(AllocatorKind::$kind => State::$kind(Signals::restore(&cfg.numbers, from)),)*
                 }
             }
+            #[inline(always)]
+            fn follow(&mut self, cfg: &Choice, from: &State) {
+                match (self, from) {
+                    $((State::$kind(own), State::$kind(from)) => own.follow(&cfg.numbers, from),)*
+                    _ => unreachable!("registers are those of one allocator"),
+                }
+            }
         }
 
         impl Lift for State {
