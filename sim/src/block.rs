@@ -101,6 +101,29 @@ where
         Ok(Cycle { cfg: &self.cfg, q: &self.q, out })
     }
 
+    /// One clock cycle in which `part` alone works, which clocks it, its memories included: of the registers at the start of the cycle
+    /// and now, the configuration and the memories it takes what is its own, and says whether one of its memories is at fault. Where
+    /// it does nothing nothing has happened; all else must be as [`Sim::clock`] would leave it.
+    ///
+    /// # Errors
+    /// As [`Sim::clock`], of memories alone.
+    #[inline(always)]
+    pub fn clock_part(
+        &mut self,
+        part: impl FnOnce(&B::Config, &mut B::State, &mut B::State, &mut B::Mem) -> Option<bool>,
+    ) -> Option<Result<(), Fault>> {
+        if part(&self.cfg, &mut self.q, &mut self.d, &mut self.mem)? {
+            return Some(Err(self.fault()));
+        }
+        self.cycle += 1;
+        Some(Ok(()))
+    }
+
+    /// The registers at the start of the last cycle, and now.
+    pub fn edge(&self) -> (&B::State, &B::State) {
+        (&self.q, &self.d)
+    }
+
     #[cold]
     fn fault(&mut self) -> Fault {
         let mut found = None;

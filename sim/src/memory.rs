@@ -58,6 +58,8 @@ pub trait Storage {
     fn word(&self, name: &str, to: &mut dyn Declare);
     /// Tells the values of the word at `addr`, in the order of [`Storage::word`]; 0 if there is none.
     fn peek(&self, addr: u32, to: &mut Vec<u64>);
+    /// Something is asked, shown as valid or under way: else the edge changes nothing.
+    fn busy(&self) -> bool;
     /// Tells what it shows and what is on its way, as far as no word holds it.
     fn under_way(&self, to: &mut Vec<u64>);
     /// The first misuse since the last call, if any.

@@ -426,6 +426,9 @@ impl<T: Signals + Default> Storage for Ram1R1W<T> {
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
         self.core.peek(addr, to);
     }
+    fn busy(&self) -> bool {
+        self.core.busy
+    }
     fn under_way(&self, to: &mut Vec<u64>) {
         self.core.under_way(to);
     }
@@ -452,6 +455,9 @@ impl<T: Signals + Default> Storage for Ram1RW<T> {
     }
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
         self.core.peek(addr, to);
+    }
+    fn busy(&self) -> bool {
+        self.core.busy
     }
     fn under_way(&self, to: &mut Vec<u64>) {
         self.core.under_way(to);

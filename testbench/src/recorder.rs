@@ -451,7 +451,9 @@ impl Observer for Recorder {
 
     /// If the file cannot be written, there is none from here on.
     fn cycle(&mut self, at: At, seen: &dyn Observed) -> Quiet {
-        let At { time: Some(time), phase } = at else { return Quiet::default() };
+        let At { time, phase } = at;
+        // There is nothing to be shown before the machine is ready.
+        let Some(time) = time else { return Quiet { phase, until: u64::MAX } };
         self.show(time, phase, seen).unwrap_or_else(|error| {
             self.give_up(&error);
             Quiet::default()

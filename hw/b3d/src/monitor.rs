@@ -2,6 +2,7 @@
 
 use super::config::Config;
 use super::{B3d, MachinePhase, Out, PHASES, State};
+use pellucid_blocks::array::counters;
 use pellucid_blocks::array::fixed::monitor::FixedMonitor;
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
@@ -130,6 +131,10 @@ impl Machine for B3d {
 
     fn replays(cfg: &Config) -> bool {
         cfg.arrays.rebuild.rebuilds()
+    }
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| counters::clear_alone(&cfg.arrays.arrays, &mut m.arrays.counters, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

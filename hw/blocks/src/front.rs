@@ -15,6 +15,7 @@
 //! shown and its bank wiped the next one is stored. The depth test is clocked while fragments come, from the first
 //! offer of a frame on.
 
+pub mod alone;
 pub mod monitor;
 
 use crate::depth_test::{self, DepthTest};
@@ -59,7 +60,7 @@ pub struct Mem {
 
 /// Inputs. The ports of the frame buffer are the machine's: while fragments come, for depth alone, and no other than the
 /// depth test may write.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 #[signals(Screen)]
 pub struct In {
     /// Fragments in arrival order, then the end of the frame.

@@ -2,6 +2,7 @@
 
 use super::config::Config;
 use super::{Dfb, MachinePhase, Out, PHASES, State};
+use pellucid_blocks::array::counters;
 use pellucid_blocks::array::monitor::ArraysMonitor;
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
@@ -97,6 +98,10 @@ impl Machine for Dfb {
 
     fn replays(_: &Config) -> bool {
         true
+    }
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| counters::clear_alone(&cfg.arrays, &mut m.arrays.counters, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

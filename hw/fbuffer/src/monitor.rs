@@ -218,7 +218,9 @@ impl Monitor<FBuffer> for FBufferMonitor {
             dropped_since: "a primitive has more fragments than the F-buffer has places (see `size` and `overflow`)",
             streams: self.streams().into_iter().map(|stream| stream.tally).collect(),
             memories: memories.tallies(),
-            seed_accesses: 2 * ((passes - 1) * self.own.fragments - self.spared_at_first),
+            // Amidst a play more may be spared than are counted by its end.
+            seed_accesses: 2
+                * ((passes - 1) * self.own.fragments).saturating_sub(self.spared_at_first),
             seed_bytes: word_bytes * u64::from(cfg.words()),
             seed_bytes_used: word_bytes * words,
             own: self.own.figures(),

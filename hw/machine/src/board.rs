@@ -222,6 +222,14 @@ impl<M: Machine> Memories<M> {
     pub fn outside(&self) -> In {
         self.outside.as_ref().map_or(In::default(), |memory| memory.shows)
     }
+    /// Nothing is under way outside.
+    pub fn idle(&self) -> bool {
+        self.outside.as_ref().is_none_or(|memory| memory.idle)
+    }
+    /// Those of the machine.
+    pub fn machine(&mut self) -> &mut M::Mem {
+        &mut self.machine
+    }
     /// What the outside memory's timing has counted.
     pub fn figures(&self) -> Vec<Figure> {
         self.outside.as_ref().map_or(vec![], |memory| memory.timing.figures())

@@ -10,13 +10,43 @@ use crate::phase::PhaseInfo;
 use crate::pixel::Marked;
 use crate::tally::Tally;
 use pellucid_sim::block::Cycle;
-use pellucid_sim::{Declare, Fault, Memory, Registers, Sampler, Signals, Sim, Stream, Watchdog};
+use pellucid_sim::{
+    Declare, Fault, Kind, Memory, Registers, Sampler, Signals, Sim, Stream, Watchdog, join,
+};
 
 /// Cycles without progress after which a simulation is given up, beside those that its outside memory
 /// [may take](Timing::longest).
 pub const WATCHDOG_CYCLES: u64 = 100_000;
 /// How often the watchdog looks.
 const LOOK_EVERY: u64 = 1 << 14;
+
+/// How many cycles after one look whether all but the front rests the next comes, at least.
+const LOOK_FOR_REST: u64 = 16;
+
+/// Which signals are not within the front.
+struct Elsewhere {
+    front: &'static str,
+    path: String,
+    signals: Vec<bool>,
+}
+
+impl Declare for Elsewhere {
+    fn open(&mut self, name: &str) {
+        self.path = join(&self.path, name);
+    }
+    fn close(&mut self) {
+        let end = self.path.rfind('.').unwrap_or_default();
+        self.path.truncate(end);
+    }
+    fn signal(&mut self, _: &str, _: u32, _: Kind) {
+        self.signals.push(!is_within(&self.path, self.front));
+    }
+}
+
+/// Whether what is at `path` is the part at `whole`, or of it.
+fn is_within(path: &str, whole: &str) -> bool {
+    path.strip_prefix(whole).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
 
 /// A cycle of a machine.
 struct ObservedCycle<'a, M: Machine> {
@@ -71,6 +101,10 @@ pub struct Clocked<M: Machine> {
     display: Option<Box<dyn FnMut(u64) -> bool>>,
     /// The inputs of the last cycle.
     input: M::In,
+    /// What was to be seen in the last cycle, while nothing but the front works.
+    rest: Option<M::Out>,
+    /// When it is looked next whether that is so.
+    look_for_rest: u64,
 }
 
 impl<M: Machine> Clocked<M> {
@@ -96,6 +130,8 @@ impl<M: Machine> Clocked<M> {
             quiet: Quiet::default(),
             display: None,
             input: M::Item::input(Stream::idle(), false, outside::In::default()),
+            rest: None,
+            look_for_rest: 0,
         }
     }
 
@@ -128,6 +164,11 @@ impl<M: Machine> Clocked<M> {
             Some(ready) => ready(at),
         };
         let input = M::Item::input(item, image_ready, self.sim.memories().outside());
+        if self.rest.is_some()
+            && let Some(done) = self.alone(at, &item, &input)
+        {
+            return done;
+        }
         if self.peeks
             && let Some(observer) = &mut self.observer
         {
@@ -144,31 +185,102 @@ impl<M: Machine> Clocked<M> {
         let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
         let fits =
             if cfg!(debug_assertions) { Signals::check(&cycle.out, cycle.cfg) } else { Ok(()) };
-        let Ports { phase, item_ready, image, replay, .. } = M::ports(&cycle.out);
-        self.replay = replay;
+        let ports = M::ports(&cycle.out);
+        let phase = ports.phase;
         if phase != self.phase {
             self.phase = phase;
             self.ready_at.get_or_insert(at);
         }
-        if let Some(observer) = &mut self.observer {
-            let time = self.ready_at.map(|zero| at - zero);
-            let quiet = phase == self.quiet.phase && time.is_some_and(|t| t < self.quiet.until);
-            if !quiet {
-                self.quiet = show::<M>(&mut **observer, At { time, phase }, input, cycle);
-            }
+        let time = self.ready_at.map(|zero| at - zero);
+        let away = phase == self.quiet.phase && time.unwrap_or_default() < self.quiet.until;
+        if !away && let Some(observer) = &mut self.observer {
+            self.quiet = show::<M>(&mut **observer, At { time, phase }, input, cycle);
+        } else if M::may_be_alone(cycle.cfg, cycle.q) && !self.peeks && at >= self.look_for_rest {
+            let out = cycle.out;
+            self.rest = self.rests().then_some(out);
+            // What does not rest yet may in some cycles; to look each time would cost more than it gives.
+            self.look_for_rest = at + LOOK_FOR_REST;
         }
         observed.map_err(|violation| Box::new(violation.into()))?;
         fits.map_err(|overflow| Box::new(Fault::overflow(at, overflow).into()))?;
-        if item.valid && item_ready {
+        self.after(at, &item, &ports)
+    }
+
+    /// What is left of a cycle once it has been seen; whether something was taken in it.
+    #[inline(always)]
+    fn after(
+        &mut self,
+        at: u64,
+        item: &Stream<Marked<M::Item>>,
+        ports: &Ports,
+    ) -> Result<bool, Box<Failure>> {
+        self.replay = ports.replay;
+        if item.valid && ports.item_ready {
             self.taken = if item.payload.end { 0 } else { self.taken.saturating_add(1) };
         }
-        if image.fires() {
-            self.pixel(image.payload);
+        if ports.image.fires() {
+            self.pixel(ports.image.payload);
         }
         if at.is_multiple_of(LOOK_EVERY) {
             self.look()?;
         }
-        Ok(item_ready)
+        Ok(ports.item_ready)
+    }
+
+    /// A cycle in which all but the front rests, if it does; then it is as [`Clocked::cycle`].
+    #[inline(never)]
+    fn alone(
+        &mut self,
+        at: u64,
+        item: &Stream<Marked<M::Item>>,
+        input: &M::In,
+    ) -> Option<Result<bool, Box<Failure>>> {
+        let time = self.ready_at.map_or(0, |zero| at - zero);
+        if self.observer.is_some() && time >= self.quiet.until {
+            self.rest = None;
+            return None;
+        }
+        let Clocked { sim, monitor, rest, .. } = self;
+        let out = rest.as_mut()?;
+        let clocked = sim.clock_part(|cfg, q, d, m| {
+            let m = m.machine();
+            if M::may_be_alone(cfg, d) { M::alone(cfg, q, d, m, input, out) } else { None }
+        });
+        match clocked {
+            Some(Ok(())) => (),
+            Some(Err(fault)) => {
+                self.input = *input;
+                return Some(Err(Box::new(fault.into())));
+            }
+            None => {
+                self.rest = None;
+                return None;
+            }
+        }
+        if let Err(violation) = monitor.observe(sim.config(), sim.edge().0, out) {
+            return Some(Err(Box::new(violation.into())));
+        }
+        let ports = M::ports(out);
+        Some(self.after(at, item, &ports))
+    }
+
+    /// Whether the last cycle has changed no register but the front's, and no memory but the front's has anything to do.
+    #[cold]
+    fn rests(&mut self) -> bool {
+        let Some(front) = M::FRONT.filter(|_| self.sim.memories().idle()) else { return false };
+        let (before, now) = self.sim.edge();
+        let cfg = self.sim.config();
+        let mut elsewhere = Elsewhere { front, path: String::new(), signals: vec![] };
+        <M::State as Registers>::declare(cfg, "", &mut elsewhere);
+        let mut values = [vec![], vec![]];
+        Registers::sample(before, cfg, &mut values[0]);
+        Registers::sample(now, cfg, &mut values[1]);
+        let mut pairs = values[0].iter().zip(&values[1]).zip(&elsewhere.signals);
+        let mut rests = pairs.all(|((before, now), elsewhere)| !elsewhere || before == now);
+        self.sim.memories().visit("", &mut |path, storage| {
+            rests &= is_within(path, front) || !storage.busy();
+        });
+        rests
     }
 
     fn pixel(&mut self, colour: u32) {
@@ -222,6 +334,7 @@ impl<M: Machine> Dut for Clocked<M> {
 
     fn reset(&mut self) {
         self.sim.reset();
+        self.rest = None;
         self.count_anew();
         self.pixels.clear();
         self.taken = 0;
@@ -243,6 +356,7 @@ impl<M: Machine> Dut for Clocked<M> {
     fn watch(&mut self, observer: Box<dyn Observer>) {
         self.peeks = observer.peeks();
         self.quiet = Quiet::default();
+        self.rest = None;
         self.observer = Some(observer);
     }
 

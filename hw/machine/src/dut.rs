@@ -43,7 +43,7 @@ pub trait Observed {
     fn ports(&self, inputs: &mut Vec<u64>, outputs: &mut Vec<u64>);
 }
 
-/// How long an [`Observer`] looks away: as long as the phase stays the same, until a time.
+/// How long an [`Observer`] looks away: as long as the phase stays the same, until a time. Before the machine is ready the time is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quiet {
     /// The phase.

@@ -80,6 +80,26 @@ pub trait Machine:
     }
     /// The screen.
     fn screen(cfg: &Self::Config) -> Screen;
+    /// Where its front is among registers and memories, if that can be clocked [alone](Machine::alone).
+    const FRONT: Option<&'static str> = None;
+    /// Its front has work in the coming cycle that it may do alone: it clears memories, or shows an image between frames.
+    fn may_be_alone(_: &Self::Config, _: &Self::State) -> bool {
+        false
+    }
+    /// A cycle in which nothing works but the front, and what it clears: clocks just these, memories included, as
+    /// [`Block::next`] with all else at rest; whether a memory is at fault. `out` comes in as the cycle before left it and is set where
+    /// it differs. Nothing, and nothing is done, where the inputs give others work. Asked only while the machine
+    /// [may be alone](Machine::may_be_alone), and a cycle before has changed no register but the front's.
+    fn alone(
+        _cfg: &Self::Config,
+        _q: &mut Self::State,
+        _d: &mut Self::State,
+        _m: &mut Self::Mem,
+        _i: &Self::In,
+        _out: &mut Self::Out,
+    ) -> Option<bool> {
+        None
+    }
     /// What a run must have counted, by the closed forms of the architecture's seed document, for
     /// frames of which every fragment found its place.
     fn closed_forms(cfg: &Self::Config, tally: &Tally, frames: &[Census]) -> Vec<Check>;

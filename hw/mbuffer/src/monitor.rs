@@ -6,6 +6,7 @@ use super::golden;
 use super::sum::Term;
 use super::{Out, State, array};
 use pellucid_blocks::allocator::Allocator;
+use pellucid_blocks::chains;
 use pellucid_blocks::chains::monitor::{ChainsMonitor, section_bytes};
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
@@ -86,6 +87,10 @@ impl<A: Allocator> Machine for MBuffer<A> {
     type Monitor = MBufferMonitor;
 
     const PHASES: &[PhaseInfo] = PHASES;
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| chains::clear_alone::<A>(&cfg.chains, &mut m.chains, clear)
+    }
 
     fn arithmetic(_: &Config) -> Arithmetic {
         golden::WEIGHTED_SUM

@@ -4,6 +4,7 @@ use super::config::Config;
 use super::{MachinePhase, Out, PHASES, Ppll, State};
 use crate::forms::{self, pages_of};
 use pellucid_blocks::blender::Sorted;
+use pellucid_blocks::chains;
 use pellucid_blocks::chains::monitor::ChainsMonitor;
 use pellucid_blocks::front;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
@@ -117,6 +118,10 @@ impl Machine for Ppll {
 
     fn replays(cfg: &Config) -> bool {
         cfg.rebuild.rebuilds()
+    }
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| chains::clear_alone(&cfg.chains, &mut m.chains, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

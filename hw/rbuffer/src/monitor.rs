@@ -1,7 +1,7 @@
 //! Watches the R-buffer: counts what it does and holds its streams to their rules.
 
 use super::config::{Config, LEAST_QUEUE};
-use super::{Out, RBuffer, State};
+use super::{Out, RBuffer, State, selector};
 use pellucid_blocks::blender::Sorted;
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
@@ -101,6 +101,10 @@ impl Machine for RBuffer {
 
     fn replays(cfg: &Config) -> bool {
         cfg.replay
+    }
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| selector::clear_alone(cfg, &q.selector, &mut d.selector, &mut m.selector, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

@@ -55,7 +55,7 @@ pub struct In {
 }
 
 /// Outputs of registers.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Moore {
     /// The band's first pixel.
     #[width(cfg.band_bits())]

@@ -66,7 +66,7 @@ pub struct State {
 const QUEUE_DEPTH: u32 = 2;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct In {
     /// Fragments, then the end of the arrivals or of the pass.
     #[with(cfg.screen)]
@@ -139,6 +139,18 @@ type Queue = Fifo<Marked<PixelFragment>>;
 
 fn queue(cfg: &Config) -> fifo::Config<Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+}
+
+/// A cycle in which a pixel is [cleared](In::clear) and all else rests, with the memories; whether one of these is at fault.
+pub fn clear_alone(
+    cfg: &Config,
+    q: &State,
+    d: &mut State,
+    m: &mut Mem,
+    clear: Stream<u32>,
+) -> Option<bool> {
+    Selector::next(cfg, q, d, m, In { clear, ..In::default() });
+    Some(m.clock())
 }
 
 #[rtl(moore = (), check(Selector, crate::test_util::small_rbuffer(4, Some(7))), check(Selector, crate::test_util::small_rbuffer(9, None)))]

@@ -5,6 +5,7 @@ use super::config::Config;
 use super::{Out, State};
 use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::blender::Sorted;
+use pellucid_blocks::chains;
 use pellucid_blocks::chains::monitor::{ADDRESS_BYTES, ChainsMonitor, section_bytes};
 use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
 use pellucid_blocks::front::{self, PHASES, Phase};
@@ -73,6 +74,10 @@ impl<A: Allocator> Machine for TBuffer<A> {
     type Item = Fragment;
     type Monitor = TBufferMonitor;
     const PHASES: &[PhaseInfo] = PHASES;
+
+    pellucid_blocks::front_alone! {
+        |cfg, q, d, m, clear| chains::clear_alone::<A>(&cfg.chains, &mut m.chains, clear)
+    }
 
     fn arithmetic(_: &Config) -> Arithmetic {
         Arithmetic::BLEND

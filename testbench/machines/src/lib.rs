@@ -20,6 +20,7 @@ macro_rules! machine_properties {
                 a_frame_twice_is_the_same_twice,
                 what_lies_behind_opaque_depth_changes_nothing,
                 every_register_is_declared,
+                what_rests_is_as_if_it_were_clocked,
                 the_evaluator_goes_through_frames_as_the_machine_does,
             );
         }

@@ -269,3 +269,55 @@ pub fn the_evaluator_goes_through_frames_as_the_machine_does(arch: &'static Arch
         panic!("{error}");
     }
 }
+
+/// What rests is not clocked, and is as if it were: a machine that is watched in every cycle and one that is not show
+/// the same in the same cycle, whatever is offered and wherever they are reset, and have counted and stored the same.
+///
+/// # Panics
+/// It does not hold.
+pub fn what_rests_is_as_if_it_were_clocked(arch: &'static Architecture) {
+    holds((one_frame(arch), 0u64..3000, any::<u64>()), |((setup, frame), cut, when)| {
+        let items = items(&setup, &frame);
+        let mut left = items.iter().cycle().peekable();
+        let mut offers = false;
+        let mut benches = [setup.bench(), setup.bench()];
+        benches[0].watch(Last::default());
+        for cycle in 0..cut + 1500 {
+            if cycle == cut {
+                benches.iter_mut().for_each(Bench::reset);
+                (left, offers) = (items.iter().cycle().peekable(), false);
+            }
+            // Long pauses and short ones, so that images are shown beside nothing and beside the next frame.
+            let pauses = chosen(when.wrapping_add(cycle / 64), 3) || chosen(cycle, 2);
+            offers |= !pauses;
+            let next = left.peek().filter(|_| offers).map_or(Offer::Nothing, |item| offer(item));
+            let mut stepped = vec![];
+            for bench in &mut benches {
+                let taken = tried(bench.step(next))?;
+                stepped.push((taken, bench.dut().phase(), bench.dut().images()));
+            }
+            prop_assert_eq!(stepped[0], stepped[1], "in cycle {}", cycle);
+            if offers && stepped[0].0 {
+                left.next();
+                offers = false;
+            }
+        }
+        let [mut watched, mut other] = benches;
+        prop_assert_eq!(watched.take_images(), other.take_images());
+        prop_assert_eq!(watched.tally(), other.tally());
+        prop_assert_eq!(words(&mut watched), words(&mut other));
+        Ok(())
+    });
+}
+
+/// All that its memories hold and have under way.
+fn words(bench: &mut Bench) -> Vec<u64> {
+    let mut words = vec![];
+    bench.dut().memories().each(&mut |storage| {
+        for addr in 0..storage.info().words {
+            storage.peek(addr as u32, &mut words);
+        }
+        storage.under_way(&mut words);
+    });
+    words
+}

@@ -87,6 +87,16 @@ pub struct Mem {
     pub words: Ram1R1W<Counts>,
 }
 
+/// A cycle in which a word is [cleared](In::clear) and all else rests, with the memory; whether that is at fault. Nothing where the
+/// words are cached, which takes longer.
+pub fn clear_alone(cfg: &Config, m: &mut Mem, clear: Stream<u32>) -> Option<bool> {
+    if cfg.caches() {
+        return None;
+    }
+    Counters::next(cfg, &(), &mut (), m, In { clear, ..In::default() });
+    Some(m.clock())
+}
+
 #[rtl(
     check(Counters, crate::test_util::arrays(4, true)),
     check(Counters, crate::test_util::arrays(1, false))

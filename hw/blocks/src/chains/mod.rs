@@ -219,6 +219,28 @@ pub struct Out {
 type SsaOutside = CachedTable<SsaEntry>;
 type Turns = Arbiter;
 
+/// A cycle in which tables are [cleared](In::clear) and all else rests, with their memories; whether one of these is at fault.
+/// Nothing where the SSA table is cached, which takes longer.
+#[inline(always)]
+pub fn clear_alone<A: Allocator>(cfg: &Config, m: &mut Mem<A>, clear: Stream<u32>) -> Option<bool> {
+    if cfg.caches_ssa() {
+        return None;
+    }
+    Ssa::next(cfg, &(), &mut (), &mut m.ssa, ssa::In { clear, ..ssa::In::default() });
+    let mut fault = m.ssa.clock();
+    if cfg.shape.bitmap {
+        let to_occupancy = occupancy::In { clear, ..occupancy::In::default() };
+        Occupancy::next(cfg, &(), &mut (), &mut m.occupancy, to_occupancy);
+        fault |= m.occupancy.clock();
+    }
+    if cfg.weighs() {
+        let to_under_way = under_way::In { clear, ..under_way::In::default() };
+        UnderWay::next(cfg, &(), &mut (), &mut m.under_way, to_under_way);
+        fault |= m.under_way.clock();
+    }
+    Some(fault)
+}
+
 #[rtl(
     check(Chains<allocator::FreeList>, crate::test_util::small(true)),
     check(Chains<allocator::FreeList>, crate::test_util::small(false)),

@@ -20,7 +20,7 @@ use pellucid_sim::{
 pub struct Ssa;
 
 /// Inputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct In {
     /// The store unit's read.
     #[with(cfg.screen.pixel_bits())]
