@@ -36,20 +36,21 @@ pub fn report<R: Reference>(setup: &R::Setup, steps: &[R::Step], folder: &Path) 
         None => format!("its waveform: gtkwave {}", folder.join("wave.gtkw").display()),
         Some(why) => format!("its waveform cannot be written to `{}`: {why}", folder.display()),
     };
-    let mut lines: Vec<String> = cycles.iter().map(line).collect();
-    let before = lines.len().saturating_sub(TOLD);
+    let before = cycles.len().saturating_sub(TOLD);
+    let mut lines = vec![];
     if before > 0 {
-        lines.splice(..before, [format!("  ...   {before} cycles, see the waveform")]);
+        lines.push(format!("  ...   {before} cycles, see the waveform"));
     }
+    lines.extend(cycles[before..].iter().map(|seen| line(seen.cycle, seen.reset, &seen.told)));
     format!("{broken}\n{wave}\n{told}, cycle by cycle:\n{}", lines.join("\n"))
 }
 
 /// A cycle in words.
-fn line<R: Reference>(seen: &Seen<R>) -> String {
-    let reset = seen.reset.then_some("reset");
-    let what: Vec<&str> = reset.into_iter().chain(seen.told.iter().map(String::as_str)).collect();
+fn line(cycle: u64, reset: bool, told: &[String]) -> String {
+    let what: Vec<&str> =
+        reset.then_some("reset").into_iter().chain(told.iter().map(String::as_str)).collect();
     let what = if what.is_empty() { "nothing".to_string() } else { what.join(", ") };
-    format!("  {:4}  {what}", seen.cycle)
+    format!("  {cycle:4}  {what}")
 }
 
 /// Writes the waveform, with a marker where a property is broken.
@@ -59,7 +60,7 @@ fn record<R: Reference>(
     broken: &Broken<R::Property>,
     folder: &Path,
 ) -> io::Result<()> {
-    let layout = Layout::new(vec![], |to: &mut dyn Declare| {
+    let mut waveform = Waveform::new(folder, &mut |to| {
         to.open(R::NAME);
         <<R::Block as Block>::State as pellucid_sim::Registers>::declare(cfg, "registers", to);
         to.open("wires");
@@ -68,29 +69,47 @@ fn record<R: Reference>(
         bool::declare(&(), "reset", to);
         to.close();
         to.close();
-    });
-    fs::create_dir_all(folder)?;
-    let file = File::create(folder.join("wave.vcd"))?;
-    let mut wave = Wave::new(FileFormat::Vcd, file, layout.clone(), 0)?;
+    })?;
     // Inputs that nobody gives are low, and outputs where it panics before there are any.
     let low = <R::Block as Block>::In::restore(cfg, &mut iter::repeat(0));
     let none = R::Outputs::restore(cfg, &mut iter::repeat(0));
     for Seen { cycle, q, inputs, outputs, reset, .. } in cycles {
-        wave.sample(|to| {
+        waveform.wave.sample(|to| {
             pellucid_sim::Registers::sample(q, cfg, to);
             inputs.unwrap_or(low).sample(cfg, to);
             outputs.unwrap_or(none).sample(cfg, to);
             to.push(u64::from(*reset));
         });
-        wave.show(*cycle)?;
+        waveform.wave.show(*cycle)?;
     }
-    let longest_label = wave.finish(broken.cycle + 1)?;
-    let view = View {
-        stem: "wave".to_string(),
-        format: FileFormat::Vcd,
-        markers: vec![Marker { cycle: broken.cycle, name: broken.property.to_string() }],
-        longest_label,
-        ..View::default()
-    };
-    view.write(&layout, folder, |path| fs::create_dir_all(path), |path, text| fs::write(path, text))
+    waveform.finish(folder, broken.cycle, broken.property.to_string())
+}
+
+/// A waveform under way: what of it does not depend on what is tried, and so is compiled once.
+struct Waveform {
+    layout: Layout,
+    wave: Wave,
+}
+
+impl Waveform {
+    fn new(folder: &Path, declare: &mut dyn FnMut(&mut dyn Declare)) -> io::Result<Waveform> {
+        let layout = Layout::new(vec![], declare);
+        fs::create_dir_all(folder)?;
+        let file = File::create(folder.join("wave.vcd"))?;
+        let wave = Wave::new(FileFormat::Vcd, file, layout.clone(), 0)?;
+        Ok(Waveform { layout, wave })
+    }
+
+    /// Ends it behind the cycle in which `property` is broken.
+    fn finish(self, folder: &Path, cycle: u64, property: String) -> io::Result<()> {
+        let view = View {
+            stem: "wave".to_string(),
+            format: FileFormat::Vcd,
+            markers: vec![Marker { cycle, name: property }],
+            longest_label: self.wave.finish(cycle + 1)?,
+            ..View::default()
+        };
+        let make = |path: &Path| fs::create_dir_all(path);
+        view.write(&self.layout, folder, make, |path, text| fs::write(path, text))
+    }
 }
