@@ -10,13 +10,16 @@ pub const PHASE_CYCLES: u64 = 1000;
 pub const LONGEST_STALL: u64 = 10_000;
 
 /// Every event that a machine may have: a wire in a scope `events`.
-pub const EVENTS: [&str; 39] = [
+pub const EVENTS: [&str; 42] = [
     "counted",
     "stored",
     "spilled",
     "ssa_hit",
     "ssa_miss",
     "ssa_write_back",
+    "framebuffer_hit",
+    "framebuffer_miss",
+    "framebuffer_write_back",
     "first",
     "section_taken",
     "lacking",

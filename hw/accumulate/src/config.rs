@@ -211,7 +211,7 @@ impl Config {
     }
     /// The port to outside memory: to what the T-buffer has there, and to the planes behind it.
     pub fn port(&self) -> outside::Config {
-        let tbuffer = self.tbuffer.chains.port();
+        let tbuffer = self.tbuffer.port.memory();
         if self.shares() {
             self.arbiter().memory()
         } else if self.outside() {
@@ -223,14 +223,14 @@ impl Config {
     }
     /// T-buffer and planes take turns at it.
     pub fn shares(&self) -> bool {
-        self.outside() && self.tbuffer.chains.port().exists()
+        self.outside() && self.tbuffer.port.memory().exists()
     }
     /// The arbiter between them, in this order.
     pub fn arbiter(&self) -> arbiter::Config {
         if !self.shares() {
             return arbiter::Config::NONE;
         }
-        let tbuffer = self.tbuffer.chains.port();
+        let tbuffer = self.tbuffer.port.memory();
         arbiter::Config {
             words: [tbuffer.words, self.planes() * self.screen.pixels(), 0, 0],
             bits: tbuffer.bits.max(3 * self.channel_bits()),
@@ -240,7 +240,7 @@ impl Config {
     }
     /// The memory behind the port.
     pub fn outside_memory(&self) -> Option<Outside> {
-        let tbuffer = self.tbuffer.chains.outside_memory().map(|of| of.within("tbuffer.chains"));
+        let tbuffer = self.tbuffer.outside_memory().map(|of| of.within("tbuffer"));
         let mut tables = tbuffer.map_or(vec![], |of| of.tables);
         if self.outside() {
             let (words, bits) = (self.screen.pixels(), 3 * self.channel_bits());

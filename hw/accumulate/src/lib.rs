@@ -156,7 +156,7 @@ impl Block for Accumulate {
             let turns = Arbiter::moore(&cfg.arbiter(), &q.turns, &m.turns);
             of_tbuffer = arbiter::client(&0, turns, i.outside);
             let word = of_tbuffer.response.payload;
-            of_tbuffer.response.payload = outside::cut(&cfg.tbuffer.chains.port(), word);
+            of_tbuffer.response.payload = outside::cut(&cfg.tbuffer.port.memory(), word);
             of_planes = arbiter::client(&1, turns, i.outside);
         } else if cfg.outside() {
             of_tbuffer = outside::In::default();
@@ -184,10 +184,10 @@ impl Block for Accumulate {
             to_accumulator,
         );
 
-        let mut outside = tbuffer.chains.outside;
+        let mut outside = tbuffer.outside;
         let mut request = accumulator.request;
         if cfg.shares() {
-            let of_tbuffer = tbuffer.chains.outside.request;
+            let of_tbuffer = tbuffer.outside.request;
             let of_tbuffer = Stream { valid: of_tbuffer.valid, payload: of_tbuffer.payload };
             let to_turns = arbiter::In {
                 request: [of_tbuffer, request, Stream::idle(), Stream::idle()],

@@ -27,10 +27,11 @@ use config::Config;
 use pellucid_blocks::array::fixed::{self, FixedArrays};
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Status};
+use pellucid_blocks::pixels::Resolve;
 use pellucid_blocks::rebuild::{self, Step};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{FragmentIn, InConfig, PhaseInfo};
+use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, WritePort, rtl};
 
@@ -86,7 +87,7 @@ fn phase(front: front::Phase, step: Step) -> MachinePhase {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(front::Config::on_chip(cfg.screen))]
     #[block(Front)]
     pub front: front::State,
     /// See [`fixed`].
@@ -107,7 +108,7 @@ pub struct State {
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, front::Config::on_chip(cfg.screen))]
     pub front: front::Mem,
     /// See [`fixed`].
     #[block(FixedArrays, cfg.arrays)]
@@ -175,7 +176,7 @@ impl Block for B3d {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
+        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front).status;
         let replay = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays).replay;
         Status { replay, ..front }
     }
@@ -185,7 +186,7 @@ impl Block for B3d {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front);
         let stored = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
@@ -224,8 +225,16 @@ impl Block for B3d {
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
+            resolve: Resolve::default(),
+            memory: outside::In::default(),
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(
+            &front::Config::on_chip(cfg.screen),
+            &q.front,
+            &mut d.front,
+            &mut m.front,
+            to_front,
+        );
 
         Out {
             phase: phase(done.phase, stored.step),

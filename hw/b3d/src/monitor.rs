@@ -57,6 +57,7 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                ..front::Out::default()
             },
             shows: e.scanout,
             again,
@@ -134,7 +135,7 @@ impl Machine for B3d {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| counters::clear_alone(&cfg.arrays.arrays, &mut m.arrays.counters, clear)
+        |cfg, q, d, m, clear| false, counters::clear_alone(&cfg.arrays.arrays, &mut m.arrays.counters, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

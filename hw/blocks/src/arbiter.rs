@@ -142,7 +142,7 @@ pub struct In {
 }
 
 /// What is seen before the inputs are known.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Moore {
     /// A request of the client is taken.
     #[len(cfg.clients())]

@@ -112,6 +112,9 @@ pub struct In<E: Signals> {
     /// The number of an entry that is cleared.
     #[with(u32::BITS)]
     pub clear: Stream<u32>,
+    /// All that was written is to be in memory.
+    #[exists(cfg.shape.cache.flushes)]
+    pub flush: bool,
     /// What the memory drives.
     #[with(cfg.shape.cache.port)]
     pub memory: outside::In,
@@ -128,6 +131,9 @@ pub struct Moore<E: Signals> {
     /// The entries that were asked for, in that order.
     #[with(cfg.entry)]
     pub entry: Read<E>,
+    /// Nothing is under way, and all is in memory where a flush was asked for.
+    #[exists(cfg.shape.cache.flushes)]
+    pub idle: bool,
 }
 
 #[rtl(
@@ -165,6 +171,7 @@ where
             ready: seen.ready,
             clear_ready: seen.clear_ready && q.padded == cfg.shape.padding(),
             entry: Read { valid: seen.entry.valid, data },
+            idle: seen.idle,
         }
     }
 
@@ -190,6 +197,7 @@ where
             taken: i.taken,
             write: Stream { valid: i.write.valid, payload: E::packed(&cfg.entry, i.write.payload) },
             clear: Stream { valid: clears, payload: table_cache::Entry { address, word: first } },
+            flush: i.flush,
             memory: i.memory,
         };
         TableCache::next(&cfg.shape.cache, &q.cache, &mut d.cache, &mut m.cache, to_cache)

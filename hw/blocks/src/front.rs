@@ -14,57 +14,133 @@
 //! with the frame buffer's ports for itself, and says when it is `resolved`. Then the banks swap, and while the frame is
 //! shown and its bank wiped the next one is stored. The depth test is clocked while fragments come, from the first
 //! offer of a frame on.
+//!
+//! Where the frame buffer lies in outside memory [`Pixels`] are there instead of depth test and display. Then a machine
+//! says beforehand which pixels it will use while it resolves, and takes depths and colours as they come: see
+//! [`Resolve`].
 
 pub mod alone;
 pub mod monitor;
 
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
+use crate::pixels::{self, Pixels, Resolve, Resolved};
 use crate::sequencer::{self, Sequencer};
 pub use crate::sequencer::{PHASES, Phase};
+use crate::shared_port;
+use pellucid_machine::Outside;
+use pellucid_machine::outside::{self, Request};
 use pellucid_machine::pixel::{COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS};
 use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Front;
 
+/// Where depth and colour of the pixels lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    /// The screen.
+    pub screen: Screen,
+    /// The frame buffer, where it lies in outside memory; else it is on chip.
+    pub pixels: Option<pixels::Config>,
+}
+
+impl Config {
+    /// All of it on chip.
+    pub fn on_chip(screen: Screen) -> Config {
+        Config { screen, pixels: None }
+    }
+    /// The frame buffer, in outside memory or on chip, and the port that it shares with what keeps fragments and has `fragments`.
+    pub fn sharing(
+        screen: Screen,
+        pixels: Option<pixels::Config>,
+        fragments: outside::Config,
+    ) -> (Config, shared_port::Config) {
+        let reads = pixels.map_or(1, |pixels| 4 * pixels.reads_in_flight);
+        let port = shared_port::Config::new(fragments, Config { screen, pixels }.port(), reads);
+        let pixels = pixels.map(|pixels| pixels.behind(port.memory().bits));
+        (Config { screen, pixels }, port)
+    }
+    /// What lies outside, where `fragments` do, with a memory of that latency.
+    pub fn outside_memory(&self, fragments: Option<Outside>, latency: u32) -> Option<Outside> {
+        let Some(pixels) = self.pixels else { return fragments };
+        let mut tables = fragments.map_or(vec![], |fragments| fragments.tables);
+        tables.push(pixels.memory("front.pixels.outside"));
+        Some(Outside { tables, latency })
+    }
+    /// Whether the frame buffer lies in outside memory.
+    #[inline]
+    pub fn outside(&self) -> bool {
+        self.pixels.is_some()
+    }
+    /// The frame buffer there.
+    #[inline]
+    pub fn pixels(&self) -> pixels::Config {
+        self.pixels.unwrap_or(pixels::Config::NONE)
+    }
+    /// The port to it; none where it is on chip.
+    #[inline]
+    pub fn port(&self) -> outside::Config {
+        self.pixels.map_or(outside::Config::NONE, |pixels| pixels.port())
+    }
+}
+
+#[rtl]
+impl Config {
+    /// Whether something goes on that waits for a frame buffer outside alone.
+    #[inline(always)]
+    pub fn goes(&self, ready: bool) -> bool {
+        !self.outside() || ready
+    }
+}
+
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct State {
     /// See [`sequencer`].
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     #[block(Sequencer)]
     pub sequencer: sequencer::State,
     /// See [`depth_test`].
-    #[with(*cfg)]
+    #[with(cfg.screen)]
+    #[exists(!cfg.outside())]
     #[block(DepthTest)]
     pub depth_test: depth_test::State,
     /// See [`display`].
-    #[with(*cfg)]
+    #[with(cfg.screen)]
+    #[exists(!cfg.outside())]
     #[block(Display)]
     pub display: display::State,
+    /// See [`pixels`].
+    #[with(cfg.pixels())]
+    #[exists(cfg.outside())]
+    #[block(Pixels)]
+    pub pixels: pixels::State,
 }
 
 /// Memories.
 #[derive(Memory)]
-#[memory(Screen)]
 pub struct Mem {
     /// See [`depth_test`].
-    #[block(DepthTest, *cfg)]
+    #[block(DepthTest, cfg.screen)]
+    #[exists(!cfg.outside())]
     pub depth_test: depth_test::Mem,
     /// See [`display`].
-    #[block(Display, *cfg)]
+    #[block(Display, cfg.screen)]
+    #[exists(!cfg.outside())]
     pub display: display::Mem,
+    /// See [`pixels`].
+    #[block(Pixels, cfg.pixels())]
+    #[exists(cfg.outside())]
+    pub pixels: pixels::Mem,
 }
 
 /// Inputs. The ports of the frame buffer are the machine's: while fragments come, for depth alone, and no other than the
 /// depth test may write.
 #[derive(Clone, Copy, Debug, Default, Signals)]
-#[signals(Screen)]
 pub struct In {
     /// Fragments in arrival order, then the end of the frame.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub fragment: Stream<Marked<Fragment>>,
     /// The display takes a pixel.
     pub image_ready: bool,
@@ -79,37 +155,47 @@ pub struct In {
     /// The pixel that is cleared is cleared in the machine, too.
     pub cleared: bool,
     /// Reads a depth.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
     /// Writes a depth.
-    #[with(cfg.pixel_bits(), Z_BITS)]
+    #[with(cfg.screen.pixel_bits(), Z_BITS)]
     pub depth_write: WritePort<u32>,
     /// Reads a colour.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub colour_read: ReadPort,
     /// Writes a colour, `0xRRGGBB`.
-    #[with(cfg.pixel_bits(), COLOUR_BITS)]
+    #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
     pub colour_write: WritePort<u32>,
+    /// What it asks and tells while it resolves, where the frame buffer lies outside. There no depth is read or written.
+    #[with(cfg.screen)]
+    #[exists(cfg.outside())]
+    pub resolve: Resolve,
+    /// What the frame buffer sees of outside memory.
+    #[with(cfg.port())]
+    #[exists(cfg.outside())]
+    pub memory: outside::In,
 }
 
 /// Outputs of registers and read data: those of a machine of fragments, and what the machine itself needs.
 #[derive(Clone, Copy, Debug, Signals)]
-#[signals(Screen)]
 pub struct Moore {
     /// What the machine shows to the outside.
     pub status: Status,
     /// Transparent fragments in front, in order, then the end of the frame.
-    #[with(*cfg)]
+    #[with(cfg.screen)]
     pub passed: Stream<Marked<PixelFragment>>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where the frame buffer lies outside, once it is there and until it is taken.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The colour that was asked for.
     #[with(COLOUR_BITS)]
     pub colour: Read<u32>,
     /// After reset: the pixel that is cleared.
-    #[with(cfg.pixel_bits())]
+    #[with(cfg.screen.pixel_bits())]
     pub clear: Stream<u32>,
+    /// What the machine sees while it resolves, where the frame buffer lies outside.
+    #[exists(cfg.outside())]
+    pub resolve: Resolved,
 }
 
 /// What a machine of fragments shows before its inputs are known.
@@ -131,7 +217,7 @@ pub struct Status {
 }
 
 /// Outputs.
-#[derive(Clone, Copy, Debug, Signals)]
+#[derive(Clone, Copy, Debug, Default, Signals)]
 pub struct Out {
     /// What the machine is at: storing from the cycle on in which a frame's first fragment comes.
     pub phase: Phase,
@@ -143,11 +229,21 @@ pub struct Out {
     pub culled: bool,
     /// The frame is complete and is shown from the next cycle on.
     pub frame_done: bool,
+    /// What the frame buffer asks of outside memory.
+    #[with(cfg.port())]
+    #[exists(cfg.outside())]
+    pub request: Stream<Request>,
+    /// What is told of its cache.
+    #[exists(cfg.outside())]
+    pub events: pixels::Events,
 }
 
-#[rtl(output = (), check(Front, crate::test_util::screen(5, 3)))]
+#[rtl(
+    check(Front, Config::on_chip(crate::test_util::screen(5, 3))),
+    check(Front, tests::outside())
+)]
 impl Block for Front {
-    type Config = Screen;
+    type Config = Config;
     type State = State;
     type In = In;
     type Moore = Moore;
@@ -155,73 +251,146 @@ impl Block for Front {
     type Mem = Mem;
 
     #[inline(always)]
-    fn moore(cfg: &Screen, q: &State, m: &Mem) -> Moore {
-        let sequencer = Sequencer::moore(cfg, &q.sequencer, &());
-        let depth_test = DepthTest::moore(cfg, &q.depth_test, &m.depth_test);
-        let display = Display::moore(cfg, &q.display, &m.display);
-        Moore {
-            status: Status {
-                phase: sequencer.phase,
-                ready: sequencer.open && depth_test.ready,
-                replay: false,
-                image: display.image,
-                shows: display.busy,
-            },
-            passed: depth_test::passed(depth_test.stage, display.depth),
-            depth: display.depth,
-            colour: display.colour,
-            clear: sequencer.clear,
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let sequencer = Sequencer::moore(&cfg.screen, &q.sequencer, &());
+        let mut clear = sequencer.clear;
+        if cfg.outside() {
+            let pixels = Pixels::moore(&cfg.pixels(), &q.pixels, &m.pixels);
+            // All take it in one cycle, so that none asks memory for it again and again.
+            clear.valid &= pixels.clear_ready;
+            Moore {
+                status: Status {
+                    phase: sequencer.phase,
+                    ready: sequencer.open && pixels.ready,
+                    replay: false,
+                    image: pixels.image,
+                    shows: pixels.busy,
+                },
+                passed: pixels.passed,
+                depth: pixels.depth,
+                colour: pixels.colour,
+                clear,
+                resolve: pixels.resolve,
+            }
+        } else {
+            let depth_test = DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test);
+            let display = Display::moore(&cfg.screen, &q.display, &m.display);
+            Moore {
+                status: Status {
+                    phase: sequencer.phase,
+                    ready: sequencer.open && depth_test.ready,
+                    replay: false,
+                    image: display.image,
+                    shows: display.busy,
+                },
+                passed: depth_test::passed(depth_test.stage, display.depth),
+                depth: display.depth,
+                colour: display.colour,
+                clear,
+                resolve: Resolved::default(),
+            }
         }
     }
 
     #[inline(always)]
-    fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
-        let sequencer = Sequencer::moore(cfg, &q.sequencer, &());
-        let display = Display::moore(cfg, &q.display, &m.display);
-        let ready = DepthTest::moore(cfg, &q.depth_test, &m.depth_test).ready;
-
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        let sequencer = Sequencer::moore(&cfg.screen, &q.sequencer, &());
         let offered = i.fragment.valid && sequencer.open;
+        let fragment = Stream { valid: offered, payload: i.fragment.payload };
         let storing = matches!(sequencer.phase, Phase::Store) || offered;
-        let test = if storing {
-            let to_depth_test = depth_test::In {
-                fragment: Stream { valid: offered, payload: i.fragment.payload },
-                depth: display.depth,
-                passed_ready: i.passed_ready,
-            };
-            DepthTest::next(cfg, &q.depth_test, &mut d.depth_test, &mut m.depth_test, to_depth_test)
-        } else {
-            depth_test::Out::default()
-        };
 
+        // What is drawn, and what is shown before that.
+        let (ready, busy, cleared) = if cfg.outside() {
+            let seen = Pixels::moore(&cfg.pixels(), &q.pixels, &m.pixels);
+            (seen.ready, seen.busy || !seen.drained, i.cleared && seen.clear_ready)
+        } else {
+            let ready = DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test).ready;
+            (ready, Display::moore(&cfg.screen, &q.display, &m.display).busy, i.cleared)
+        };
         let to_sequencer = sequencer::In {
             comes: offered && ready,
             end: i.fragment.payload.end,
             stored: i.stored,
             resolved: i.resolved,
             again: i.again,
-            cleared: i.cleared,
-            busy: display.busy,
+            cleared,
+            busy,
         };
         let frame_done =
-            Sequencer::next(cfg, &q.sequencer, &mut d.sequencer, &mut (), to_sequencer).done;
+            Sequencer::next(&cfg.screen, &q.sequencer, &mut d.sequencer, &mut (), to_sequencer)
+                .done;
 
-        let to_display = display::In {
-            depth_read: [test.depth_read, i.depth_read],
-            depth_write: [test.depth_write, i.depth_write],
-            colour_read: i.colour_read,
-            colour_write: [test.colour_write, i.colour_write],
-            clear: sequencer.clear,
-            show: frame_done,
-            image_ready: i.image_ready,
-        };
-        Display::next(cfg, &q.display, &mut d.display, &mut m.display, to_display);
-
-        Out {
-            phase: if storing { Phase::Store } else { sequencer.phase },
-            drawn: test.drawn,
-            hidden: test.hidden,
-            culled: test.culled,
-            frame_done,
+        let mut out = Out::default();
+        if cfg.outside() {
+            let to_pixels = pixels::In {
+                storing,
+                fragment,
+                passed_ready: i.passed_ready,
+                stored: i.stored,
+                resolve: i.resolve,
+                colour_read: i.colour_read,
+                colour_write: i.colour_write,
+                clearing: matches!(sequencer.phase, Phase::Clear),
+                clear: Stream {
+                    valid: sequencer.clear.valid && i.cleared,
+                    payload: sequencer.clear.payload,
+                },
+                show: frame_done,
+                image_ready: i.image_ready,
+                memory: i.memory,
+            };
+            let done =
+                Pixels::next(&cfg.pixels(), &q.pixels, &mut d.pixels, &mut m.pixels, to_pixels);
+            out.drawn = done.drawn;
+            out.hidden = done.hidden;
+            out.culled = done.culled;
+            out.request = done.request;
+            out.events = done.events;
+        } else {
+            let mut test = depth_test::Out::default();
+            if storing {
+                let to_depth_test = depth_test::In {
+                    fragment,
+                    depth: Display::moore(&cfg.screen, &q.display, &m.display).depth,
+                    passed_ready: i.passed_ready,
+                };
+                test = DepthTest::next(
+                    &cfg.screen,
+                    &q.depth_test,
+                    &mut d.depth_test,
+                    &mut m.depth_test,
+                    to_depth_test,
+                );
+            }
+            let to_display = display::In {
+                depth_read: [test.depth_read, i.depth_read],
+                depth_write: [test.depth_write, i.depth_write],
+                colour_read: i.colour_read,
+                colour_write: [test.colour_write, i.colour_write],
+                clear: sequencer.clear,
+                show: frame_done,
+                image_ready: i.image_ready,
+            };
+            Display::next(&cfg.screen, &q.display, &mut d.display, &mut m.display, to_display);
+            out.drawn = test.drawn;
+            out.hidden = test.hidden;
+            out.culled = test.culled;
         }
+        out.phase = if storing { Phase::Store } else { sequencer.phase };
+        out.frame_done = frame_done;
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cached_table::Cached;
+    use crate::test_util::screen;
+
+    pub(super) fn outside() -> Config {
+        let cached = Cached { sets: 2, ways: 2, line: 4 };
+        let pixels = pixels::Config::new(screen(5, 3), cached, 5, 3);
+        Config { screen: screen(5, 3), pixels: Some(pixels) }
     }
 }

@@ -6,6 +6,7 @@
 //! | [`sequencer`] | from frame to frame |
 //! | [`depth_test`] | draws opaque fragments, drops hidden ones, passes transparent ones on |
 //! | [`display`] | the frame buffer, and the scanout that shows it |
+//! | [`pixels`] | the same with the frame buffer in outside memory |
 //! | [`chains`] | fragments grouped by pixel in chains of sections |
 //! | [`mod@array`] | fragments grouped by pixel in arrays that a count has made room for, or that are all of one length |
 //! | [`allocator`] | hands out free sections |
@@ -18,6 +19,7 @@
 //! | [`cached_table`] | the same with entries as their users know them |
 //! | [`combiner`] | stands before outside memory and gathers what is written to one burst |
 //! | [`arbiter`] | lets several clients share one outside memory |
+//! | [`shared_port`] | one port for fragments and frame buffer, where both may lie outside |
 //! | [`rebuild`] | lets what a frame may use grow until the frame fits |
 //! | [`walker`] | set-up and edge walk of primitives |
 //! | [`weights`] | weight factors in fixed point |
@@ -37,10 +39,12 @@ pub mod depth_test;
 pub mod display;
 pub mod frame_buffer;
 pub mod front;
+pub mod pixels;
 pub mod rebuild;
 pub mod round_robin;
 pub mod scanout;
 pub mod sequencer;
+pub mod shared_port;
 pub mod skid;
 pub mod sorter;
 pub mod table_cache;

@@ -7,7 +7,8 @@
 //!                | TableCache |
 //!  clear ------->|            |---> request (Stream)
 //!  clear_ready <-|            |<--- memory (ready, response)
-//!                +------------+---> idle
+//!  flush ------->|            |---> idle
+//!                +------------+
 //! ```
 //! A table that has a word for each pixel, such as the [`Ssa`](crate::chains::ssa) table, is too large for the chip; what
 //! is used of it soon is known before it is used. `ask` names entries that will be used. They are shown as `entry` in the order of
@@ -45,7 +46,12 @@
 //! taken. What was not written back is lost, so that the table is to be cleared again. A cache that is idle and is offered
 //! something to clear does the same as after a reset, from the next cycle on: so a table is cleared between two uses of it.
 //!
-//! `idle` is high while nothing is under way. A frame needs no flush: all that use the table go through the cache. It takes the
+//! *Flush*: where [`Config::flushes`] says so, what was written is in memory after a `flush`: asked for in any cycle, it ends in
+//! the first cycle behind it in which the cache is `idle`; until then no ask is taken. The lines stay. It begins once nothing is
+//! under way and takes 2 cycles for each line, one more for each in use, and `line` more for each dirty one. Elsewhere a frame
+//! needs none, as all that use the table go through the cache.
+//!
+//! `idle` is high while nothing is under way. It takes the
 //! memory's answers at once. Up to `in_flight + 4` asks are on their way from `ask` to `entry`: what their user is to do with the
 //! entries waits in a queue of its own. Where requests and answers are to be those of the port itself, and one miss at a
 //! time is enough, use [`Cache`](crate::cache::Cache).
@@ -76,6 +82,20 @@ pub enum Phase {
     Empty,
     /// Entries are asked for.
     Run,
+    /// Writes dirty lines to memory, one after the other.
+    Flush,
+}
+
+/// What is known of a line that may have to be flushed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+pub enum Known {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Its set is shown by the tags.
+    Tags,
+    /// Whether it is dirty is shown, too.
+    Dirty,
 }
 
 /// Registers.
@@ -83,9 +103,19 @@ pub enum Phase {
 pub struct State {
     /// What it is at.
     pub phase: Phase,
-    /// The set that it forgets.
+    /// The set that it forgets, or of which it flushes a line.
     #[width(cfg.cache().set_bits())]
     pub set: u32,
+    /// That line.
+    #[width(cfg.cache().way_bits())]
+    #[exists(cfg.flushes)]
+    pub way: u32,
+    /// What is known of it.
+    #[exists(cfg.flushes)]
+    pub known: Known,
+    /// A flush is asked for.
+    #[exists(cfg.flushes)]
+    pub flush: bool,
     /// An ask that came while the one before could not go on.
     #[with(cfg.port.address_bits())]
     #[block(Asks)]
@@ -140,6 +170,13 @@ fn rests(q: State, queued: bool) -> bool {
     !q.asked.valid && !queued && !q.head.valid && !q.fill.valid && !q.shown.valid
 }
 
+/// No ask is taken: what is in the cache is forgotten or flushed.
+#[inline(always)]
+#[rtl]
+fn shut(cfg: &Config, q: State) -> bool {
+    matches!(q.phase, Phase::Forget) || (cfg.flushes && q.flush)
+}
+
 type Asks = Skid<u32>;
 type Queue = Fifo<Order>;
 type Requests = Skid<Request>;
@@ -170,6 +207,9 @@ pub struct In {
     /// What an entry holds at first.
     #[with(*cfg)]
     pub clear: Stream<Entry>,
+    /// All that was written is to be in memory.
+    #[exists(cfg.flushes)]
+    pub flush: bool,
     /// What the memory drives. It answers what it was asked for and nothing else.
     #[with(cfg.port)]
     pub memory: outside::In,
@@ -223,7 +263,9 @@ pub struct Mem {
     check(TableCache, tests::config(4, 1, 4, 6, 2)),
     check(TableCache, tests::config(2, 2, 4, 5, 3)),
     check(TableCache, tests::config(1, 4, 2, 3, 1)),
-    check(TableCache, tests::config(8, 2, 1, 9, 4))
+    check(TableCache, tests::config(8, 2, 1, 9, 4)),
+    check(TableCache, Config { flushes: true, ..tests::config(4, 2, 4, 5, 3) }),
+    check(TableCache, Config { flushes: true, ..tests::config(1, 1, 1, 1, 1) })
 )]
 impl Block for TableCache {
     type Config = Config;
@@ -255,13 +297,13 @@ impl Block for TableCache {
         let requests = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue).count > 0;
         let rests = rests(*q, queued);
-        let forgets = matches!(q.phase, Phase::Forget);
+        let shut = shut(cfg, *q);
         let entry = Entry { address: q.shown.payload.address, word: m.data.q().data };
         Moore {
-            ready: asks && !forgets,
-            clear_ready: requests && !matches!(q.phase, Phase::Run),
+            ready: asks && !shut,
+            clear_ready: requests && matches!(q.phase, Phase::Forget | Phase::Empty),
             entry: Stream { valid: q.shown.valid, payload: entry },
-            idle: rests && asks && requests && !forgets,
+            idle: rests && asks && requests && !shut,
         }
     }
 
@@ -324,7 +366,8 @@ impl Block for TableCache {
         if left {
             d.evicts = false;
         }
-        if left || (starts && !dirty) {
+        let flushes = cfg.flushes && matches!(q.phase, Phase::Flush);
+        if (left && !flushes) || (starts && !dirty) {
             d.misses.evicts = cfg.next(q.misses.evicts);
         }
 
@@ -336,7 +379,8 @@ impl Block for TableCache {
         if starts && dirty {
             m.data.read(cache.word_at(line, 0));
         } else if writes_back && !left {
-            m.data.read(cache.word_at(line, q.read));
+            let leaves = if flushes { cache.line_at(q.set, q.way) } else { line };
+            m.data.read(cache.word_at(leaves, q.read));
         } else if reads {
             m.data.read(cache.word_at(line, word));
         }
@@ -388,7 +432,7 @@ impl Block for TableCache {
 
         let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
         let forgets = matches!(q.phase, Phase::Forget);
-        let comes_in = i.ask.valid && asks && !forgets;
+        let comes_in = i.ask.valid && asks && !shut(cfg, *q);
         let takes = !forgets && (!q.asked.valid || goes);
         let push = Stream { valid: comes_in, payload: i.ask.payload };
         let to_asks = skid::In { push, taken: takes };
@@ -419,9 +463,53 @@ impl Block for TableCache {
             m.tags.write(cache.set_of(asked), sets::used(cfg, next, way));
         }
 
+        // Line after line is flushed, in the same way as one that makes room.
+        if cfg.flushes {
+            d.flush = q.flush || i.flush;
+            let begins = q.flush && rests(*q, queue.count > 0) && asks && room;
+            let (at, tags) = (cache.line_at(q.set, q.way), set.now.lines[q.way as usize]);
+            let there = matches!(q.known, Known::Tags) && tags.valid;
+            let clean = matches!(q.known, Known::Dirty) && !q.evicts && !m.dirty.q().data;
+            let done = (matches!(q.known, Known::Tags) && !tags.valid) || clean || left;
+            if matches!(q.phase, Phase::Empty) && begins {
+                d.flush = false;
+            } else if matches!(q.phase, Phase::Run) && begins {
+                d.phase = Phase::Flush;
+            } else if flushes && matches!(q.known, Known::Nothing) {
+                m.tags.read(q.set);
+                d.known = Known::Tags;
+            } else if flushes && there {
+                m.dirty.read(at);
+                d.known = Known::Dirty;
+            } else if flushes && matches!(q.known, Known::Dirty) && !q.evicts && !clean {
+                m.data.read(cache.word_at(at, 0));
+                d.evicts = true;
+                d.read = 1;
+            }
+            if flushes && left {
+                m.dirty.write(at, false);
+            }
+            if flushes && done {
+                d.known = Known::Nothing;
+                d.way = (q.way + 1) & (cfg.ways - 1);
+                if d.way == 0 {
+                    d.set = (q.set + 1) & (cfg.sets - 1);
+                    if d.set == 0 {
+                        d.phase = Phase::Run;
+                        d.flush = false;
+                    }
+                }
+            }
+        }
+
         // What goes to memory, and what comes from there.
         let mut push = Stream::idle();
-        if q.evicts {
+        if flushes && q.evicts {
+            let tag = set.now.lines[q.way as usize].tag;
+            let address = cache.address(tag, q.set, q.read - 1);
+            let request = Request { write: true, address, word: m.data.q().data };
+            push = Stream { valid: room, payload: request };
+        } else if q.evicts {
             let address = cache.address(old.tag, cache.set_of(place.address), q.read - 1);
             let request = Request { write: true, address, word: m.data.q().data };
             push = Stream { valid: room, payload: request };
@@ -429,7 +517,7 @@ impl Block for TableCache {
             let address = (q.fetch.payload << cache.line_bits()) | q.fetched;
             let request = Request { write: false, address, word: Word::default() };
             push = Stream { valid: room, payload: request };
-        } else if !matches!(q.phase, Phase::Run) {
+        } else if matches!(q.phase, Phase::Forget | Phase::Empty) {
             let Entry { address, word } = i.clear.payload;
             let request = Request { write: true, address, word };
             push = Stream { valid: room && i.clear.valid, payload: request };

@@ -31,6 +31,7 @@ pub fn shape() -> Shape {
         weight_bits: 0,
         allocator: AllocatorKind::Fifo,
         ssa: None,
+        depth_ahead: false,
     }
 }
 
@@ -73,6 +74,12 @@ pub fn small_caching(fast: bool, sections: bool) -> Config {
     let small = small(fast);
     let outside = if sections { small.shape.outside } else { 0 };
     Config::new(small.screen, Shape { ssa: CACHED, outside, ..small.shape })
+}
+
+/// The faster ones, with opaque depths outside.
+pub fn small_depth_ahead() -> Config {
+    let small = small(true);
+    Config::new(small.screen, Shape { depth_ahead: true, ..small.shape })
 }
 
 /// Chains of which each pixel owns the first section: weights in memory, or none.
@@ -271,6 +278,7 @@ pub fn arrays(lanes: u32, down: bool) -> array::Config {
         depth: 4,
         fixed: 0,
         cached: None,
+        pixels_ahead: false,
     };
     array::Config::new(screen(16, 9), shape)
 }

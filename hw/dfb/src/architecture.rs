@@ -34,6 +34,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
             ("counters_sets", "1"),
         ],
         &[("counters", "cached"), ("fragments", "60"), ("outside_fragments", "0")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "2"), ("framebuffer_line", "4")],
     ],
     tight: &[
         ("fragments", "40"),
@@ -77,5 +78,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("counters_sets", one_of(draw, &[1, 2, 8]).to_string()),
         ("counters_ways", one_of(draw, &[1, 2, 4]).to_string()),
         ("counters_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

@@ -2,7 +2,8 @@
 
 use pellucid_blocks::array::config::{self as array, MAX_LANES, Shape};
 use pellucid_blocks::cached_table::{Cached, Place};
-use pellucid_blocks::sorter;
+use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_machine::Outside;
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{choice, parameters};
@@ -68,6 +69,14 @@ parameters! {
         counters_ways: u32 = 4, "lines", 1..=8;
         /// Words of a line, a power of two.
         counters_line: u32 = 8, "words", 1..=16;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -109,9 +118,19 @@ pub struct Config {
     pub arrays: array::Config,
     /// The sorter.
     pub sorter: sorter::Config,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let arrays = self.arrays.outside_memory().map(|memory| memory.within("arrays"));
+        self.front.outside_memory(arrays, self.params.outside_latency)
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors
@@ -142,6 +161,7 @@ impl Config {
             depth: params.sorter_depth,
             fixed: 0,
             cached,
+            pixels_ahead: params.framebuffer == Place::Cached,
         };
         let arrays = array::Config::new(screen, shape);
         let sorter = sorter::Config {
@@ -150,7 +170,16 @@ impl Config {
             layer_bits: arrays.layer_bits(),
             newest_first: false,
         };
-        Ok(Config { screen, params, arrays, sorter })
+        let framebuffer = Cached::of(
+            "framebuffer",
+            params.framebuffer,
+            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
+        )?;
+        let reads = params.reads_in_flight;
+        let pixels = framebuffer
+            .map(|cached| pixels::Config::new(screen, cached, reads, 4).without_depths());
+        let (front, port) = front::Config::sharing(screen, pixels, arrays.port());
+        Ok(Config { screen, params, arrays, sorter, front, port })
     }
 }
 

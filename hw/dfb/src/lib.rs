@@ -29,11 +29,13 @@ use config::Config;
 use pellucid_blocks::array::{self, Arrays};
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Status};
+use pellucid_blocks::pixels;
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{FragmentIn, InConfig, PhaseInfo};
+use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, ReadPort, Signals, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, ReadPort, Signals, Stream, WritePort, rtl};
 use steps::{Step, Steps};
 
 /// The machine.
@@ -97,7 +99,7 @@ fn phase(front: front::Phase, step: Step) -> MachinePhase {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`steps`].
@@ -115,17 +117,26 @@ pub struct State {
     #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.front.outside())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`mod@array`].
     #[block(Arrays, cfg.arrays)]
     pub arrays: array::Mem,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.front.outside())]
+    pub port: shared_port::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -153,6 +164,13 @@ pub struct Out {
     pub sorted: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
+    /// The port to outside memory, where the frame buffer lies there; else it is that of the arrays.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.front.outside())]
+    pub outside: outside::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -176,7 +194,7 @@ pub struct Events {
 
 #[rtl(
     name = "dfb",
-    input = InConfig { screen: cfg.screen, outside: cfg.arrays.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     check(Dfb, crate::test_util::small_dfb("fast", "bands")),
     check(Dfb, crate::test_util::small_dfb("paper", "drop")),
@@ -192,7 +210,7 @@ impl Block for Dfb {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
+        let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         Status { replay: Steps::moore(&(), &q.steps, &()).replay, ..front }
     }
 
@@ -201,17 +219,33 @@ impl Block for Dfb {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let at = Steps::moore(&(), &q.steps, &());
         let stored = Arrays::moore(&cfg.arrays, &q.arrays, &m.arrays);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
+        // Where the frame buffer lies outside, its port has room for colours to be read and written.
+        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
+        let blends = cfg.front.goes(front.resolve.colour_ready);
+        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
+        arrived.valid &= arrives;
+        sorted.valid &= blends;
+        let arrived_ready = sorter.ready && arrives;
+
+        // What arrays and frame buffer see of the outside memory.
+        let (mut of_arrays, mut of_pixels) = (i.outside, outside::In::default());
+        if cfg.front.outside() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_arrays = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
+
         // Resolve: from the arrays to the frame buffer.
         let resolving = at.step == Step::Resolve;
         let blend = if resolving {
-            let to_sorter = sorter::In { arrived: stored.arrived, sorted_ready: true };
+            let to_sorter = sorter::In { arrived, sorted_ready: blends };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted: sorter.sorted, colour: front.colour };
+            let to_blender = blender::In { sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -222,10 +256,11 @@ impl Block for Dfb {
             counting: at.step == Step::Count,
             resolving,
             fragment: front.passed,
-            arrived_ready: sorter.ready,
+            arrived_ready,
+            pixel_ready: front.resolve.ready,
             written: blend.frame_done,
             clear: front.clear,
-            outside: i.outside,
+            outside: of_arrays,
         };
         let arrays = Arrays::next(&cfg.arrays, &q.arrays, &mut d.arrays, &mut m.arrays, to_arrays);
 
@@ -238,6 +273,7 @@ impl Block for Dfb {
         };
         let step = Steps::next(&(), &q.steps, &mut d.steps, &mut (), to_steps);
 
+        let resolve = pixels::arriving(arrays.resolve, stored.arrived, arrived_ready);
         let to_front = front::In {
             fragment: i.fragment,
             image_ready: i.image_ready,
@@ -250,8 +286,28 @@ impl Block for Dfb {
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
+            resolve,
+            memory: of_pixels,
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = arrays.wires.outside;
+        if cfg.front.outside() {
+            let to_port = shared_port::In {
+                fragments: Stream {
+                    valid: outside.request.valid,
+                    payload: outside.request.payload,
+                },
+                pixels: done.request,
+                memory: i.outside,
+            };
+            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         Out {
             phase: phase(done.phase, at.step),
@@ -260,7 +316,7 @@ impl Block for Dfb {
             replay: at.replay,
             passed: front.passed.with(stored.ready),
             arrays: arrays.wires,
-            sorted: sorter.sorted.with(true),
+            sorted: sorter.sorted.with(blends),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
@@ -270,6 +326,8 @@ impl Block for Dfb {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
+            outside,
         }
     }
 }

@@ -65,6 +65,8 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                events: self.framebuffer.events,
+                ..front::Out::default()
             },
             shows: e.scanout,
             again: self.again(),
@@ -101,7 +103,7 @@ impl Machine for Dfb {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| counters::clear_alone(&cfg.arrays, &mut m.arrays.counters, clear)
+        |cfg, q, d, m, clear| cfg.front.outside(), counters::clear_alone(&cfg.arrays, &mut m.arrays.counters, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {
@@ -115,16 +117,16 @@ impl Machine for Dfb {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: out.arrays.outside,
+            outside: out.outside,
         }
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.arrays.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.arrays.outside_memory().map(|memory| memory.within("arrays"))
+        cfg.outside_memory()
     }
 
     fn room(_: &Config, frame: &Census) -> Option<Room> {
@@ -239,6 +241,7 @@ impl Monitor<Dfb> for DfbMonitor {
         let holes = self.passed - arrays.stored - arrays.dropped;
         let mut figures = arrays.own.figures();
         figures.extend(DfbCounters { holes, culled_early: front.culled, ..self.own }.figures());
+        figures.extend(front.framebuffer_figures(&cfg.front));
         let mut memories = Memories::new(memories);
         arrays.set_peaks(&cfg.arrays, &mut memories);
         let pixels = u64::from(cfg.screen.pixels());

@@ -40,6 +40,7 @@ use compositor::Compositor;
 use config::Config;
 use early_test::EarlyTest;
 use pellucid_blocks::front::{self, Front};
+use pellucid_blocks::pixels::Resolve;
 use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
 use pellucid_machine::primitive::{Format, Primitive};
@@ -146,7 +147,7 @@ pub struct State {
     #[exists(cfg.outside())]
     pub ahead: ahead::State,
     /// See [`front`].
-    #[with(cfg.walker.screen)]
+    #[with(front::Config::on_chip(cfg.walker.screen))]
     #[block(Front)]
     pub front: front::State,
     /// See [`sort`].
@@ -180,7 +181,7 @@ pub struct Mem {
     #[exists(cfg.plays.sorts)]
     pub sort: sort::Mem,
     /// See [`front`].
-    #[block(Front, cfg.walker.screen)]
+    #[block(Front, front::Config::on_chip(cfg.walker.screen))]
     pub front: front::Mem,
 }
 
@@ -317,7 +318,7 @@ impl Block for FBuffer {
             survivors.next = ahead.next;
         }
         let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&front::Config::on_chip(cfg.walker.screen), &q.front, &m.front);
         let compositor = Compositor::moore(screen, &q.compositor, &());
         let mut sort = sort::Moore { ready: true, gives: false, left: false };
         if cfg.plays.sorts {
@@ -482,8 +483,16 @@ impl Block for FBuffer {
             depth_write: WritePort::default(),
             colour_read: composed.colour_read,
             colour_write: composed.colour_write,
+            resolve: Resolve::default(),
+            memory: outside::In::default(),
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(
+            &front::Config::on_chip(cfg.walker.screen),
+            &q.front,
+            &mut d.front,
+            &mut m.front,
+            to_front,
+        );
 
         let busy = plays.busy || offered;
         Out {

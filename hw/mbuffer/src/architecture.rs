@@ -23,6 +23,8 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("weights", "registers")],
         &[("weights", "memory")],
         &[("weights", "memory"), ("allocator", "threaded")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "2"), ("framebuffer_line", "4")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "1"), ("weights", "memory")],
     ],
     tight: &[
         ("overflow_sections", "20"),
@@ -63,5 +65,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("ssa_sets", one_of(draw, &[1, 2, 8]).to_string()),
         ("ssa_ways", one_of(draw, &[1, 2, 4]).to_string()),
         ("ssa_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

@@ -32,8 +32,10 @@ use config::Config;
 use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
+use pellucid_blocks::pixels;
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{FragmentIn, InConfig};
+use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
 use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 use std::marker::PhantomData;
@@ -47,7 +49,7 @@ pub struct MBuffer<A>(PhantomData<A>);
 #[derive(Clone, Copy, Signals)]
 pub struct State<A: Allocator> {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`chains`].
@@ -63,17 +65,26 @@ pub struct State<A: Allocator> {
     #[with(cfg.screen)]
     #[block(Sum)]
     pub sum: sum::State,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.front.outside())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem<A: Allocator> {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`chains`].
     #[block(Chains<A>, cfg.chains)]
     pub chains: chains::Mem<A>,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.front.outside())]
+    pub port: shared_port::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -99,6 +110,13 @@ pub struct Out {
     pub term: Handshake<Marked<Term>>,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
+    /// The port to outside memory, where the frame buffer lies there; else it is that of the chains.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.front.outside())]
+    pub outside: outside::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -118,7 +136,7 @@ pub struct Events {
 
 #[rtl(
     name = "mbuffer",
-    input = InConfig { screen: cfg.screen, outside: cfg.chains.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     check(MBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_mbuffer(true)),
     check(MBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_mbuffer(false))
@@ -133,7 +151,7 @@ impl<A: Allocator> Block for MBuffer<A> {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Status {
-        Front::moore(&cfg.screen, &q.front, &m.front).status
+        Front::moore(&cfg.front, &q.front, &m.front).status
     }
 
     #[inline(always)]
@@ -141,23 +159,38 @@ impl<A: Allocator> Block for MBuffer<A> {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let stored = Chains::<A>::moore(&cfg.chains, &q.chains, &m.chains);
 
         let resolving = matches!(front.status.phase, Phase::Resolve);
 
+        // What chains and frame buffer see of the outside memory.
+        let (mut of_chains, mut of_pixels) = (i.outside, outside::In::default());
+        if cfg.front.outside() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_chains = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
+
+        // Where the frame buffer lies outside, colours have been read and can be written.
+        let arrives = cfg
+            .front
+            .goes(pixels::opens(front.resolve, stored.arrived) && front.resolve.colour_ready);
+        let mut arrived = stored.arrived;
+        arrived.valid &= arrives;
+
         // Resolve: from the chains to the frame buffer. What is weighed already is a term of its own.
-        let Marked { end, item } = stored.arrived.payload;
+        let Marked { end, item } = arrived.payload;
         let weighed = Term { pixel: item.pixel, last: item.last, ..Term::default() };
         let weighed = if item.visible { plus(weighed, item.rgba, item.weight) } else { weighed };
         let term = if cfg.in_memory {
-            Stream { valid: stored.arrived.valid, payload: Marked { end, item: weighed } }
+            Stream { valid: arrived.valid, payload: Marked { end, item: weighed } }
         } else {
             Array::moore(&cfg.array, &q.array, &()).term
         };
         let sum = if resolving {
             if !cfg.in_memory {
-                let to_array = array::In { arrived: stored.arrived };
+                let to_array = array::In { arrived };
                 Array::next(&cfg.array, &q.array, &mut d.array, &mut (), to_array);
             }
             let to_sum = sum::In { term, colour: front.colour };
@@ -173,14 +206,18 @@ impl<A: Allocator> Block for MBuffer<A> {
             limit: 0,
             fragment: front.passed,
             depth: front.depth,
-            arrived_ready: true,
+            depth_ready: front.resolve.ready,
+            arrived_ready: arrives,
             written: sum.frame_done,
             clear: front.clear,
-            outside: i.outside,
+            outside: of_chains,
         };
         let chains =
             Chains::<A>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
 
+        // A pixel is written whatever is visible of it.
+        let mut resolve = pixels::arriving(chains.resolve, stored.arrived, arrives);
+        resolve.visible = true;
         let to_front = front::In {
             fragment: i.fragment,
             image_ready: i.image_ready,
@@ -193,8 +230,28 @@ impl<A: Allocator> Block for MBuffer<A> {
             depth_write: WritePort::default(),
             colour_read: sum.colour_read,
             colour_write: sum.colour_write,
+            resolve,
+            memory: of_pixels,
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = chains.wires.outside;
+        if cfg.front.outside() {
+            let to_port = shared_port::In {
+                fragments: Stream {
+                    valid: outside.request.valid,
+                    payload: outside.request.payload,
+                },
+                pixels: done.request,
+                memory: i.outside,
+            };
+            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         Out {
             phase: done.phase,
@@ -210,6 +267,8 @@ impl<A: Allocator> Block for MBuffer<A> {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
+            outside,
         }
     }
 }

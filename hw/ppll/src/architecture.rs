@@ -30,6 +30,13 @@ pub static ARCHITECTURE: Architecture = Architecture {
             ("ssa_line", "4"),
         ],
         &[("page", "4"), ("overflow", "drop"), ("pages", "400"), ("fragments", "1")],
+        &[
+            ("page", "2"),
+            ("pages", "3"),
+            ("framebuffer", "cached"),
+            ("framebuffer_sets", "2"),
+            ("framebuffer_line", "4"),
+        ],
     ],
     tight: &[
         ("page", "2"),
@@ -71,5 +78,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("ssa_sets", one_of(draw, &[1, 2, 8]).to_string()),
         ("ssa_ways", one_of(draw, &[1, 2, 4]).to_string()),
         ("ssa_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

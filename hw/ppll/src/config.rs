@@ -4,7 +4,8 @@ use pellucid_blocks::allocator::AllocatorKind;
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
 use pellucid_blocks::rebuild::{self, Growth, Overflow};
-use pellucid_blocks::sorter;
+use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_machine::Outside;
 use pellucid_machine::parameters;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -40,6 +41,14 @@ parameters! {
         ssa_ways: u32 = 4, "lines", 1..=8;
         /// Heads of a line, a power of two.
         ssa_line: u32 = 8, "entries", 1..=16;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -66,9 +75,19 @@ pub struct Config {
     pub rebuild: rebuild::Config,
     /// The sorter.
     pub sorter: sorter::Config,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let chains = self.chains.outside_memory().map(|memory| memory.within("chains"));
+        self.front.outside_memory(chains, self.params.outside_latency)
+    }
+
     /// Checks the parameters against each other.
     ///
     /// # Errors
@@ -105,6 +124,7 @@ impl Config {
                 params.ssa,
                 [params.ssa_sets, params.ssa_ways, params.ssa_line],
             )?,
+            depth_ahead: params.framebuffer == Place::Cached,
         };
         let chains = chains::Config::new(screen, shape);
         let rebuild =
@@ -115,7 +135,15 @@ impl Config {
             layer_bits: chains.layer_bits(),
             newest_first: true,
         };
-        Ok(Config { screen, params, chains, rebuild, sorter })
+        let cached = Cached::of(
+            "framebuffer",
+            params.framebuffer,
+            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
+        )?;
+        let reads = params.reads_in_flight;
+        let pixels = cached.map(|cached| pixels::Config::new(screen, cached, reads, 4));
+        let (front, port) = front::Config::sharing(screen, pixels, chains.port());
+        Ok(Config { screen, params, chains, rebuild, sorter, front, port })
     }
 }
 

@@ -29,12 +29,14 @@ use pellucid_blocks::allocator::Bump;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Status};
+use pellucid_blocks::pixels;
 use pellucid_blocks::rebuild::{self, Rebuild, Step};
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{FragmentIn, InConfig, PhaseInfo};
+use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 
 /// The machine.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +90,7 @@ fn phase(front: front::Phase, step: Step) -> MachinePhase {
 #[derive(Clone, Copy, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`rebuild`].
@@ -109,17 +111,26 @@ pub struct State {
     #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.front.outside())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`chains`].
     #[block(Chains<Bump>, cfg.chains)]
     pub chains: chains::Mem<Bump>,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.front.outside())]
+    pub port: shared_port::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -147,6 +158,13 @@ pub struct Out {
     pub sorted: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
+    /// The port to outside memory, where the frame buffer lies there; else it is that of the chains.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.front.outside())]
+    pub outside: outside::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -172,7 +190,7 @@ pub struct Events {
 
 #[rtl(
     name = "ppll",
-    input = InConfig { screen: cfg.screen, outside: cfg.chains.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     check(Ppll, crate::test_util::small_ppll("ppll4", "rebuild")),
     check(Ppll, crate::test_util::small_ppll("pll", "drop"))
@@ -187,7 +205,7 @@ impl Block for Ppll {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Status {
-        let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
+        let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         Status { replay: Rebuild::moore(&cfg.rebuild, &q.rebuild, &()).replay, ..front }
     }
 
@@ -196,17 +214,33 @@ impl Block for Ppll {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let at = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
         let stored = Chains::<Bump>::moore(&cfg.chains, &q.chains, &m.chains);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
+        // Where the frame buffer lies outside, its port has room for colours to be read and written.
+        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
+        let blends = cfg.front.goes(front.resolve.colour_ready);
+        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
+        arrived.valid &= arrives;
+        sorted.valid &= blends;
+        let arrived_ready = sorter.ready && arrives;
+
+        // What chains and frame buffer see of the outside memory.
+        let (mut of_chains, mut of_pixels) = (i.outside, outside::In::default());
+        if cfg.front.outside() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_chains = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
+
         // Resolve: from the lists to the frame buffer.
         let resolving = at.step == Step::Resolve;
         let blend = if resolving {
-            let to_sorter = sorter::In { arrived: stored.arrived, sorted_ready: true };
+            let to_sorter = sorter::In { arrived, sorted_ready: blends };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted: sorter.sorted, colour: front.colour };
+            let to_blender = blender::In { sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -219,10 +253,11 @@ impl Block for Ppll {
             limit: at.limit,
             fragment: front.passed,
             depth: front.depth,
-            arrived_ready: sorter.ready,
+            depth_ready: front.resolve.ready,
+            arrived_ready,
             written: blend.frame_done,
             clear: if front.clear.valid { front.clear } else { at.clear },
-            outside: i.outside,
+            outside: of_chains,
         };
         let chains =
             Chains::<Bump>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
@@ -246,6 +281,7 @@ impl Block for Ppll {
         let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
         d.begins = rebuild.begins;
 
+        let resolve = pixels::arriving(chains.resolve, stored.arrived, arrived_ready);
         let to_front = front::In {
             fragment: i.fragment,
             image_ready: i.image_ready,
@@ -258,8 +294,28 @@ impl Block for Ppll {
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
+            resolve,
+            memory: of_pixels,
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = wires.outside;
+        if cfg.front.outside() {
+            let to_port = shared_port::In {
+                fragments: Stream {
+                    valid: outside.request.valid,
+                    payload: outside.request.payload,
+                },
+                pixels: done.request,
+                memory: i.outside,
+            };
+            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         Out {
             phase: phase(done.phase, at.step),
@@ -268,7 +324,7 @@ impl Block for Ppll {
             replay: at.replay,
             passed: front.passed.with(stored.ready),
             chains: wires,
-            sorted: sorter.sorted.with(true),
+            sorted: sorter.sorted.with(blends),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
@@ -279,6 +335,8 @@ impl Block for Ppll {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
+            outside,
         }
     }
 }

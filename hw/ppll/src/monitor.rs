@@ -68,6 +68,8 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                events: self.framebuffer.events,
+                ..front::Out::default()
             },
             shows: e.scanout,
             again,
@@ -121,7 +123,7 @@ impl Machine for Ppll {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| chains::clear_alone(&cfg.chains, &mut m.chains, clear)
+        |cfg, q, d, m, clear| cfg.front.outside(), chains::clear_alone(&cfg.chains, &mut m.chains, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {
@@ -135,16 +137,16 @@ impl Machine for Ppll {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: out.chains.outside,
+            outside: out.outside,
         }
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.chains.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.chains.outside_memory().map(|memory| memory.within("chains"))
+        cfg.outside_memory()
     }
 
     fn room(cfg: &Config, frame: &Census) -> Option<Room> {
@@ -247,6 +249,7 @@ impl Monitor<Ppll> for PpllMonitor {
         let hidden = self.passed - chains.stored - chains.dropped;
         let mut figures = lists.figures();
         figures.extend(PpllCounters { culled_early: front.culled, ..self.own }.figures());
+        figures.extend(front.framebuffer_figures(&cfg.front));
         let mut memories = Memories::new(memories);
         chains.set_peaks(&cfg.chains, &mut memories);
         let pixels = u64::from(cfg.screen.pixels());

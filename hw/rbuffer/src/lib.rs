@@ -37,6 +37,7 @@ use config::Config;
 use passes::Passes;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Phase, Status};
+use pellucid_blocks::pixels::Resolve;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
@@ -53,7 +54,7 @@ pub struct RBuffer;
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(front::Config::on_chip(cfg.screen))]
     #[block(Front)]
     pub front: front::State,
     /// See [`rounds`].
@@ -83,7 +84,7 @@ pub struct State {
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, front::Config::on_chip(cfg.screen))]
     pub front: front::Mem,
     /// See [`selector`].
     #[block(Selector, *cfg)]
@@ -177,7 +178,7 @@ impl Block for RBuffer {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        let front = Front::moore(&cfg.screen, &q.front, &m.front).status;
+        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front).status;
         let replay = if cfg.replay { Rounds::moore(cfg, &q.rounds, &()).replay } else { false };
         Status { replay, ..front }
     }
@@ -187,7 +188,7 @@ impl Block for RBuffer {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front);
         let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
@@ -274,8 +275,16 @@ impl Block for RBuffer {
             depth_write: select.depth_write,
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
+            resolve: Resolve::default(),
+            memory: outside::In::default(),
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(
+            &front::Config::on_chip(cfg.screen),
+            &q.front,
+            &mut d.front,
+            &mut m.front,
+            to_front,
+        );
 
         Out {
             phase: done.phase,

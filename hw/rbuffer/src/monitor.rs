@@ -61,6 +61,7 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                ..front::Out::default()
             },
             shows: e.scanout,
             again: self.events.again,
@@ -104,7 +105,7 @@ impl Machine for RBuffer {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| selector::clear_alone(cfg, &q.selector, &mut d.selector, &mut m.selector, clear)
+        |cfg, q, d, m, clear| false, selector::clear_alone(cfg, &q.selector, &mut d.selector, &mut m.selector, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

@@ -32,6 +32,15 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("allocator", "cached")],
         &[("ssa", "cached"), ("ssa_sets", "2"), ("ssa_line", "4")],
         &[("ssa", "cached"), ("ssa_sets", "1"), ("append", "walk"), ("scan", "linear")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "2"), ("framebuffer_line", "4")],
+        &[
+            ("framebuffer", "cached"),
+            ("framebuffer_sets", "1"),
+            ("ssa", "cached"),
+            ("ssa_sets", "2"),
+            ("sections", "4096"),
+            ("outside_sections", "0"),
+        ],
     ],
     tight: &[
         ("sections", "40"),
@@ -72,5 +81,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("ssa_sets", one_of(draw, &[1, 2, 8]).to_string()),
         ("ssa_ways", one_of(draw, &[1, 2, 4]).to_string()),
         ("ssa_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

@@ -3,7 +3,8 @@
 use pellucid_blocks::allocator::AllocatorKind;
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
-use pellucid_blocks::sorter;
+use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_machine::Outside;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{choice, parameters};
@@ -47,6 +48,14 @@ parameters! {
         ssa_ways: u32 = 4, "lines", 1..=8;
         /// SSA entries of a line, a power of two.
         ssa_line: u32 = 8, "entries", 1..=16;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -75,14 +84,23 @@ pub struct Config {
     pub chains: chains::Config,
     /// The sorter.
     pub sorter: sorter::Config,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let chains = self.chains.outside_memory().map(|memory| memory.within("chains"));
+        self.front.outside_memory(chains, self.params.outside_latency)
+    }
     /// Checks the parameters against each other.
     ///
     /// # Errors
     /// If all sections together would hold more fragments than a simulation can, or are more than the
-    /// allocator can have; if a number of the SSA table's cache is no power of two.
+    /// allocator can have; if a number of a cache is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let sections = u64::from(params.sections) + u64::from(params.outside_sections);
         let fragments = sections * u64::from(params.section_capacity);
@@ -110,15 +128,24 @@ impl Config {
                 params.ssa,
                 [params.ssa_sets, params.ssa_ways, params.ssa_line],
             )?,
+            depth_ahead: params.framebuffer == Place::Cached,
         };
         let chains = chains::Config::new(screen, shape);
+        let cached = Cached::of(
+            "framebuffer",
+            params.framebuffer,
+            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
+        )?;
+        let reads = params.reads_in_flight;
+        let pixels = cached.map(|cached| pixels::Config::new(screen, cached, reads, 4));
+        let (front, port) = front::Config::sharing(screen, pixels, chains.port());
         let sorter = sorter::Config {
             depth: params.sorter_depth,
             pixel_bits: screen.pixel_bits(),
             layer_bits: chains.layer_bits(),
             newest_first: false,
         };
-        Ok(Config { screen, params, chains, sorter })
+        Ok(Config { screen, params, chains, sorter, front, port })
     }
 }
 
@@ -153,7 +180,14 @@ mod tests {
     #[test]
     fn a_cache_has_powers_of_two() {
         let screen = Screen { width: 4, height: 4, background: 0 };
-        for (name, value) in [("ssa_sets", "3"), ("ssa_ways", "6"), ("ssa_line", "12")] {
+        for (name, value) in [
+            ("ssa_sets", "3"),
+            ("ssa_ways", "6"),
+            ("ssa_line", "12"),
+            ("framebuffer_sets", "3"),
+            ("framebuffer_ways", "6"),
+            ("framebuffer_line", "12"),
+        ] {
             let mut params = Params::default();
             params.set(name, value).unwrap();
             let error = Config::new(screen, params).unwrap_err().to_string();

@@ -28,11 +28,13 @@ use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
+use pellucid_blocks::pixels;
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{FragmentIn, InConfig};
+use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 use std::marker::PhantomData;
 
 /// The T-buffer with allocator `A`.
@@ -43,7 +45,7 @@ pub struct TBuffer<A>(PhantomData<A>);
 #[derive(Clone, Copy, Signals)]
 pub struct State<A: Allocator> {
     /// See [`front`].
-    #[with(cfg.screen)]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`chains`].
@@ -58,17 +60,26 @@ pub struct State<A: Allocator> {
     #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.front.outside())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem<A: Allocator> {
     /// See [`front`].
-    #[block(Front, cfg.screen)]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`chains`].
     #[block(Chains<A>, cfg.chains)]
     pub chains: chains::Mem<A>,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.front.outside())]
+    pub port: shared_port::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -94,6 +105,13 @@ pub struct Out {
     pub sorted: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
+    /// The port to outside memory, where the frame buffer lies there; else it is that of the chains.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.front.outside())]
+    pub outside: outside::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -115,7 +133,7 @@ pub struct Events {
 
 #[rtl(
     name = "tbuffer",
-    input = InConfig { screen: cfg.screen, outside: cfg.chains.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     check(TBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_tbuffer(true)),
     check(TBuffer<pellucid_blocks::allocator::FreeList>, crate::test_util::small_tbuffer(false))
@@ -130,7 +148,7 @@ impl<A: Allocator> Block for TBuffer<A> {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Status {
-        Front::moore(&cfg.screen, &q.front, &m.front).status
+        Front::moore(&cfg.front, &q.front, &m.front).status
     }
 
     #[inline(always)]
@@ -138,17 +156,32 @@ impl<A: Allocator> Block for TBuffer<A> {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(screen, &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let stored = Chains::<A>::moore(&cfg.chains, &q.chains, &m.chains);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
         let resolving = matches!(front.status.phase, Phase::Resolve);
+        // Where the frame buffer lies outside, its port has room for colours to be read and written.
+        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
+        let blends = cfg.front.goes(front.resolve.colour_ready);
+        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
+        arrived.valid &= arrives;
+        sorted.valid &= blends;
+        let arrived_ready = sorter.ready && arrives;
+
+        // What chains and frame buffer see of the outside memory.
+        let (mut of_chains, mut of_pixels) = (i.outside, outside::In::default());
+        if cfg.front.outside() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_chains = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
 
         // Resolve: from the chains to the frame buffer.
         let blend = if resolving {
-            let to_sorter = sorter::In { arrived: stored.arrived, sorted_ready: true };
+            let to_sorter = sorter::In { arrived, sorted_ready: blends };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted: sorter.sorted, colour: front.colour };
+            let to_blender = blender::In { sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -161,10 +194,11 @@ impl<A: Allocator> Block for TBuffer<A> {
             limit: 0,
             fragment: front.passed,
             depth: front.depth,
-            arrived_ready: sorter.ready,
+            depth_ready: front.resolve.ready,
+            arrived_ready,
             written: blend.frame_done,
             clear: front.clear,
-            outside: i.outside,
+            outside: of_chains,
         };
         let chains =
             Chains::<A>::next(&cfg.chains, &q.chains, &mut d.chains, &mut m.chains, to_chains);
@@ -181,8 +215,28 @@ impl<A: Allocator> Block for TBuffer<A> {
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
+            resolve: pixels::arriving(chains.resolve, stored.arrived, arrived_ready),
+            memory: of_pixels,
         };
-        let done = Front::next(screen, &q.front, &mut d.front, &mut m.front, to_front);
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = chains.wires.outside;
+        if cfg.front.outside() {
+            let to_port = shared_port::In {
+                fragments: Stream {
+                    valid: outside.request.valid,
+                    payload: outside.request.payload,
+                },
+                pixels: done.request,
+                memory: i.outside,
+            };
+            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         Out {
             phase: done.phase,
@@ -190,7 +244,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             image: front.status.image.with(i.image_ready),
             passed: front.passed.with(stored.ready),
             chains: chains.wires,
-            sorted: sorter.sorted.with(true),
+            sorted: sorter.sorted.with(blends),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
@@ -199,6 +253,8 @@ impl<A: Allocator> Block for TBuffer<A> {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
+            outside,
         }
     }
 }

@@ -42,6 +42,8 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                events: self.framebuffer.events,
+                ..front::Out::default()
             },
             shows: e.scanout,
             again: false,
@@ -76,7 +78,7 @@ impl<A: Allocator> Machine for TBuffer<A> {
     const PHASES: &[PhaseInfo] = PHASES;
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| chains::clear_alone::<A>(&cfg.chains, &mut m.chains, clear)
+        |cfg, q, d, m, clear| cfg.front.outside(), chains::clear_alone::<A>(&cfg.chains, &mut m.chains, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {
@@ -90,16 +92,16 @@ impl<A: Allocator> Machine for TBuffer<A> {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: false,
-            outside: out.chains.outside,
+            outside: out.outside,
         }
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.chains.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.chains.outside_memory().map(|memory| memory.within("chains"))
+        cfg.outside_memory()
     }
 
     fn room(cfg: &Config, frame: &Census) -> Option<Room> {
@@ -184,6 +186,7 @@ impl<A: Allocator> Monitor<TBuffer<A>> for TBufferMonitor {
             TBufferCounters { culled_early: front.culled, blender_idle: self.blender_idle }
                 .figures(),
         );
+        figures.extend(front.framebuffer_figures(&cfg.front));
         let mut memories = Memories::new(memories);
         chains.set_peaks(&cfg.chains, &mut memories);
         Tally {

@@ -150,3 +150,70 @@ fn long_runs_of_one_pixel_are_stored_one_a_cycle() {
 fn the_papers_frames_are_resolved_at_the_target_rate() {
     papers_frames_at_the_target_rate(&ARCHITECTURE, "fast");
 }
+
+/// A frame buffer outside, that covers the latency.
+fn framebuffer(screen: Screen, latency: u32) -> Setup {
+    let mut parameters = sections(8 * screen.pixels(), 0);
+    parameters.extend([
+        ("framebuffer", "cached".to_string()),
+        ("framebuffer_sets", "64".to_string()),
+        ("outside_latency", latency.to_string()),
+        ("reads_in_flight", (latency + 8).to_string()),
+    ]);
+    Setup::free(&ARCHITECTURE, screen, parameters)
+}
+
+/// Pixels that hold nothing are not read: without opaque fragments words go for the pixels that are written, once, and come as they
+/// are shown, and cycles are those on chip but for the latency of the first word.
+#[test]
+fn a_frame_buffer_outside_is_not_read_where_nothing_is_opaque() {
+    let screen = Screen { width: 64, height: 48, background: 0x10_20_30 };
+    let frame: Vec<Fragment> = (0..5000u32)
+        .map(|k| {
+            let pixel = k * 7919 % 2048;
+            Fragment { x: pixel % 64, y: pixel / 64, z: k, rgba: k << 8 | 0x70, label: Label::NONE }
+        })
+        .collect();
+    let frames = [frame.clone(), frame.clone()];
+    for latency in [1, 64, 256] {
+        let setup = framebuffer(screen, latency);
+        let run = setup.run(&frames).unwrap();
+        assert_eq!(run.images, [setup.golden_image(&frame), setup.golden_image(&frame)]);
+        let info = run.tally.memory("front.pixels.outside").unwrap().info;
+        // Both banks are cleared after the reset.
+        let cleared = 2 * u64::from(screen.pixels());
+        assert_eq!([info.reads, info.writes - cleared], [2 * 2048; 2], "{latency}");
+        assert_eq!(run.tally.figure("framebuffer_misses"), 0);
+        let of = |phase| run.tally.cycles.of(phase).unwrap();
+        let free = 2 * 5000;
+        assert!((free..free + 20).contains(&of("store")), "{latency}: {}", of("store"));
+        let late = 2 * 60;
+        assert!((free..free + late).contains(&of("resolve")), "{latency}: {}", of("resolve"));
+    }
+}
+
+/// What is opaque costs words of the port, and no latency: fragments of several pixels wait together.
+#[test]
+fn a_frame_buffer_outside_costs_words_and_no_latency() {
+    let screen = Screen { width: 64, height: 48, background: 0 };
+    let frame: Vec<Fragment> = (0..20_000u32)
+        .map(|k| {
+            let pixel = k * 7919 % 3072;
+            let alpha = if k % 2 == 0 { 0xff } else { 0x70 };
+            let z = k * 7907 % 65_536;
+            Fragment { x: pixel % 64, y: pixel / 64, z, rgba: k << 8 | alpha, label: Label::NONE }
+        })
+        .collect();
+    let cycles = |latency: u32| {
+        let setup = framebuffer(screen, latency);
+        let run = setup.run(std::slice::from_ref(&frame)).unwrap();
+        assert_eq!(run.images[0], setup.golden_image(&frame), "{latency}");
+        let of = |phase| run.tally.cycles.of(phase).unwrap();
+        of("store") + of("resolve")
+    };
+    let least = cycles(1);
+    for latency in [64, 256] {
+        let more = cycles(latency);
+        assert!(more < least + least / 20 + 4 * u64::from(latency), "{latency}: {least}, {more}");
+    }
+}

@@ -63,6 +63,20 @@ pub fn written<T: Copy>(port: WritePort<T>) -> Stream<T> {
     Stream { valid: port.en, payload: port.data }
 }
 
+/// Which word a request on a read port asks for, if it does: for a receiver that has no memory.
+#[inline(always)]
+#[rtl]
+pub fn read_at(port: ReadPort) -> Stream<u32> {
+    Stream { valid: port.en, payload: port.addr }
+}
+
+/// Where a request on a write port puts something, if it does.
+#[inline(always)]
+#[rtl]
+pub fn written_at<T: Copy>(port: WritePort<T>) -> Stream<u32> {
+    Stream { valid: port.en, payload: port.addr }
+}
+
 /// A request on a port that reads or writes. One a cycle. Its widths depend on that of an address and
 /// on the data's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]

@@ -43,6 +43,8 @@ pub struct Shape {
     pub fixed: u32,
     /// Counters and sums lie outside, with so much of each on chip; else they lie there as a whole.
     pub cached: Option<Cached>,
+    /// Pixels lie outside, too: they are asked for as their fragments are.
+    pub pixels_ahead: bool,
 }
 
 /// Counters and sums in outside memory, as [`Cached`] asks for them.
@@ -107,6 +109,7 @@ impl Config {
             weight_bits: 0,
             allocator: AllocatorKind::Fifo,
             ssa: None,
+            depth_ahead: false,
         };
         let fragments = chains::Config::new(screen, fragments);
         let mut cfg = Config { screen, shape, fragments, tables: None };

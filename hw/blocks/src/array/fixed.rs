@@ -89,6 +89,7 @@ impl Config {
             depth: shape.depth,
             fixed: shape.most,
             cached: shape.cached,
+            pixels_ahead: false,
         };
         let arrays = config::Config::new(screen, arrays);
         let rebuild = rebuild::Config {
@@ -447,6 +448,7 @@ impl Block for FixedArrays {
                 taken: index.taken || walk.taken,
                 write,
                 clear,
+                flush: false,
                 memory: of_counters,
             };
             counters = CounterTable::next(

@@ -29,6 +29,7 @@ use crate::arbiter::{self, Arbiter};
 use crate::cached_table::{self, CachedTable};
 use crate::chains::answers::{self, Answers, Words};
 use crate::chains::sections::{self, Sections};
+use crate::pixels::Resolve;
 use crate::table_cache;
 use config::Config;
 use counters::{Counters, Counts};
@@ -138,6 +139,9 @@ pub struct In {
     pub fragment: Stream<Marked<PixelFragment>>,
     /// The receiver takes what is read back.
     pub arrived_ready: bool,
+    /// Pixels may be asked for, where they lie outside.
+    #[exists(cfg.shape.pixels_ahead)]
+    pub pixel_ready: bool,
     /// The band's last pixel is written.
     pub written: bool,
     /// A number: the word of counters of that number is cleared.
@@ -170,6 +174,10 @@ pub struct Out {
     pub ended: bool,
     /// A band's counters are summed up.
     pub summed: bool,
+    /// What is asked and told of pixels that lie outside: of each whose fragments will arrive.
+    #[with(cfg.screen)]
+    #[exists(cfg.shape.pixels_ahead)]
+    pub resolve: Resolve,
     /// What can be seen.
     #[with(*cfg)]
     pub wires: Wires,
@@ -321,6 +329,11 @@ impl Block for Arrays {
             index::Out::default()
         };
 
+        // A pixel is asked for as its fragments are about to be.
+        let mut extent_ready = reader.ready;
+        if cfg.shape.pixels_ahead {
+            extent_ready &= i.pixel_ready;
+        }
         // What is stored is read back; what is read back makes room for the next band.
         let begins = index.ended && !i.counting;
         let next_band = i.written && !cfg.is_last(prefix_sum.band);
@@ -334,11 +347,13 @@ impl Block for Arrays {
                 counts,
                 sums,
                 ready: tables_ready,
-                extent_ready: reader.ready,
+                extent_ready,
             };
             let walk = Walk::next(cfg, &q.walk, &mut d.walk, &mut (), to_walk);
+            let mut extent = walk.extent;
+            extent.valid &= extent_ready;
             let to_reader = reader::In {
-                extent: walk.extent,
+                extent,
                 word,
                 depth: Read::default(),
                 arrived_ready: i.arrived_ready,
@@ -419,6 +434,7 @@ impl Block for Arrays {
                 taken: index.taken || sum.counts_taken || walk.taken,
                 write: counts_write,
                 clear,
+                flush: false,
                 memory: of_counters,
             };
             counter_table = CounterTable::next(
@@ -433,6 +449,7 @@ impl Block for Arrays {
                 taken: (index.taken && !i.counting) || sum.sums_taken || walk.taken,
                 write: port::written(sum.sums_write),
                 clear,
+                flush: false,
                 memory: of_sums,
             };
             sum_table = SumTable::next(
@@ -450,12 +467,21 @@ impl Block for Arrays {
                 Turns::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns).request;
         }
 
+        let visits = walk.extent.valid && extent_ready && !walk.extent.payload.end;
         Out {
             ended: index.ended,
             summed: sum.done,
+            resolve: Resolve {
+                ask: Stream { valid: visits, payload: walk.extent.payload.item.pixel },
+                taken: true,
+                kept: true,
+                comes: false,
+                visible: false,
+                last: false,
+            },
             wires: Wires {
                 slots: sum.slots,
-                extent: walk.extent.with(reader.ready),
+                extent: walk.extent.with(extent_ready),
                 arrived: reader.arrived.with(i.arrived_ready),
                 // What was asked for always finds room.
                 outside: outside::Wires {

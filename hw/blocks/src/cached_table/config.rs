@@ -51,7 +51,8 @@ impl Cached {
         let words = entries.next_multiple_of(line).max(sets * ways * line);
         let port = outside::Config { words, bits };
         let (in_flight, misses) = (reads_in_flight + 2 * line, 2 + reads_in_flight / line);
-        let cache = table_cache::Config { port, sets, ways, line, in_flight, misses };
+        let flushes = false;
+        let cache = table_cache::Config { port, sets, ways, line, in_flight, misses, flushes };
         Shape { entries, bits, cache }
     }
 }
@@ -79,12 +80,19 @@ impl Shape {
             line: 1,
             in_flight: 1,
             misses: 1,
+            flushes: false,
         },
     };
     /// The same behind a port with words of `bits` bits, as many as its entries have at least.
     #[must_use]
     pub fn behind(mut self, bits: u32) -> Shape {
         self.cache.port.bits = bits;
+        self
+    }
+    /// The same of which what was written can be flushed to memory.
+    #[must_use]
+    pub fn flushed(mut self) -> Shape {
+        self.cache.flushes = true;
         self
     }
     /// Its words, of as many bits as an entry has.

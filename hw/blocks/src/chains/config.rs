@@ -61,6 +61,8 @@ pub struct Shape {
     pub allocator: AllocatorKind,
     /// The SSA table lies outside, with so much of it on chip; else it lies there as a whole.
     pub ssa: Option<Cached>,
+    /// Opaque depths lie outside, too: they are asked for ahead, and come some time later.
+    pub depth_ahead: bool,
 }
 
 /// How often a pixel's fragments are read back.
@@ -229,11 +231,12 @@ impl Config {
     pub fn caches_ssa(&self) -> bool {
         self.ssa.is_some()
     }
-    /// Pixels that wait for their SSA entry.
+    /// Pixels that wait for their SSA entry or their depth.
     #[inline]
     pub fn pixels_ahead(&self) -> u32 {
-        // As many as the cache may have been asked for.
-        self.ssa.map_or(2, |ssa| ssa.table.ahead())
+        // As many as the cache may have been asked for, or depths.
+        let depths = if self.shape.depth_ahead { self.shape.reads_in_flight + 2 } else { 2 };
+        self.ssa.map_or(depths, |ssa| ssa.table.ahead().max(depths))
     }
     /// Fragments in outside memory.
     #[inline]

@@ -54,7 +54,7 @@ pub struct In {
     /// The SSA entry that was asked for. Where the table is cached, once it is there.
     #[with(*cfg)]
     pub ssa: Read<SsaEntry>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where depths lie outside, once it is there.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The receiver takes a chain.
@@ -78,8 +78,8 @@ pub struct Out {
     /// Sets an SSA entry to NULL.
     #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
-    /// The SSA entry at hand is done with.
-    pub ssa_taken: bool,
+    /// The SSA entry at hand is done with, and the depth.
+    pub taken: bool,
     /// Reads a pixel's opaque depth.
     #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
@@ -105,7 +105,8 @@ fn queue(cfg: &Config) -> fifo::Config<u32> {
 #[rtl(
     check(Lookup, crate::test_util::small(true)),
     check(Lookup, crate::test_util::small(false)),
-    check(Lookup, crate::test_util::small_caching(true, true))
+    check(Lookup, crate::test_util::small_caching(true, true)),
+    check(Lookup, crate::test_util::small_depth_ahead())
 )]
 impl Block for Lookup {
     type Config = Config;
@@ -135,10 +136,10 @@ impl Block for Lookup {
 
         // Second stage: the pixel's entry and depth are at hand.
         let Marked { end, item: pixel } = q.stage.payload;
-        let there = cfg.is_there(i.ssa);
+        let there = cfg.is_there(i.ssa) && (!cfg.shape.depth_ahead || i.depth.valid);
         let found = q.stage.valid && (end || (there && !cfg.is_null(i.ssa.data)));
         let stall = (found && !i.chain_ready) || (q.stage.valid && !end && !there);
-        let ssa_taken = q.stage.valid && !end && !stall;
+        let taken = q.stage.valid && !end && !stall;
         if found && !end && i.chain_ready {
             ssa_write.write(pixel, SsaEntry::null(cfg));
         }
@@ -150,13 +151,15 @@ impl Block for Lookup {
             d.stage = front;
             if front.valid && !front.payload.end {
                 ssa_read.read(front.payload.item);
-                depth_read.read(front.payload.item);
+                if !cfg.shape.depth_ahead {
+                    depth_read.read(front.payload.item);
+                }
             }
         }
         let to_queue = fifo::In { push: i.pixel, pop: !stall };
         Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
         let chain = Stream { valid: found, payload: Marked { end, item: chain } };
-        Out { ssa_read, ssa_write, ssa_taken, depth_read, chain }
+        Out { ssa_read, ssa_write, taken, depth_read, chain }
     }
 }
 

@@ -42,6 +42,7 @@ pub mod wires;
 use crate::allocator::{self, Allocator, Lent};
 use crate::arbiter::{self, Arbiter};
 use crate::cached_table::{self, CachedTable};
+use crate::pixels::Resolve;
 use crate::table_cache;
 use answers::{Answers, Words};
 use config::Config;
@@ -168,9 +169,12 @@ pub struct In {
     /// Transparent fragments in arrival order, then the end of the frame.
     #[with(cfg.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where depths lie outside, once it is there and until it is taken.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
+    /// Depths may be asked for, where they lie outside.
+    #[exists(cfg.shape.depth_ahead)]
+    pub depth_ready: bool,
     /// The receiver takes what is read back.
     pub arrived_ready: bool,
     /// The frame's last pixel is written.
@@ -207,6 +211,10 @@ pub struct Out {
     /// Reads a pixel's opaque depth.
     #[with(cfg.screen.pixel_bits())]
     pub depth_read: ReadPort,
+    /// What is asked and told of pixels whose depth lies outside.
+    #[with(cfg.screen)]
+    #[exists(cfg.shape.depth_ahead)]
+    pub resolve: Resolve,
     /// All fragments of the frame are stored.
     pub stored: bool,
     /// Every pixel is written and every section given back.
@@ -248,7 +256,8 @@ pub fn clear_alone<A: Allocator>(cfg: &Config, m: &mut Mem<A>, clear: Stream<u32
     check(Chains<allocator::Chosen>, crate::test_util::small_lending()),
     check(Chains<allocator::Bump>, crate::test_util::small_newest_first()),
     check(Chains<allocator::FreeList>, crate::test_util::small_caching(true, true)),
-    check(Chains<allocator::FreeList>, crate::test_util::small_caching(false, false))
+    check(Chains<allocator::FreeList>, crate::test_util::small_caching(false, false)),
+    check(Chains<allocator::FreeList>, crate::test_util::small_depth_ahead())
 )]
 impl<A: Allocator> Block for Chains<A> {
     type Config = Config;
@@ -354,6 +363,7 @@ impl<A: Allocator> Block for Chains<A> {
                 start,
                 ssa,
                 ssa_ready,
+                depth_ready: i.depth_ready,
                 nsa,
                 occupancy,
                 word,
@@ -409,11 +419,12 @@ impl<A: Allocator> Block for Chains<A> {
         };
         let mut request =
             Sections::next(cfg, &q.sections, &mut d.sections, &mut m.sections, to_sections).request;
+        let visits = back.pixel.valid && back.pixel.ready && !back.pixel.payload.end;
+        let visited = Stream { valid: visits, payload: back.pixel.payload.item };
         let mut cached = table_cache::Out::default();
         if cfg.caches_ssa() {
             // What comes to the store or to the lookup is asked for as it is taken.
-            let of_lookup = back.pixel.valid && back.pixel.ready && !back.pixel.payload.end;
-            let mut ask = Stream { valid: of_lookup, payload: back.pixel.payload.item };
+            let mut ask = visited;
             let mut write = port::written(back.ssa_write);
             if i.storing {
                 let taken = fragment.valid && Store::moore(cfg, &q.store, &m.store).ready;
@@ -423,9 +434,10 @@ impl<A: Allocator> Block for Chains<A> {
             }
             let to_table = cached_table::In {
                 ask,
-                taken: store.ssa_taken || back.ssa_taken,
+                taken: store.ssa_taken || back.taken,
                 write,
                 clear: i.clear,
+                flush: false,
                 memory: ssa_memory,
             };
             cached =
@@ -457,6 +469,14 @@ impl<A: Allocator> Block for Chains<A> {
 
         Out {
             depth_read: back.depth_read,
+            resolve: Resolve {
+                ask: visited,
+                taken: back.taken,
+                kept: back.chain.valid && back.chain.ready,
+                comes: false,
+                visible: false,
+                last: false,
+            },
             stored: store.frame_stored,
             done,
             wires: Wires {

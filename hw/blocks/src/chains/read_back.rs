@@ -76,6 +76,9 @@ pub struct In {
     /// SSA entries may be asked for, where the table is cached.
     #[exists(cfg.caches_ssa())]
     pub ssa_ready: bool,
+    /// Depths may be asked for, where they lie outside.
+    #[exists(cfg.shape.depth_ahead)]
+    pub depth_ready: bool,
     /// The NSA entry that was asked for.
     #[with(*cfg)]
     pub nsa: Read<NsaEntry>,
@@ -85,7 +88,7 @@ pub struct In {
     /// The oldest fragment that was asked for and is not there yet, if it comes.
     #[with(*cfg)]
     pub word: Read<Word>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where depths lie outside, once it is there.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
     /// The receiver takes a fragment.
@@ -115,8 +118,8 @@ pub struct Out {
     /// Sets an SSA entry to NULL.
     #[with(cfg.screen.pixel_bits(), *cfg)]
     pub ssa_write: WritePort<SsaEntry>,
-    /// The SSA entry at hand is done with.
-    pub ssa_taken: bool,
+    /// The SSA entry at hand is done with, and the depth.
+    pub taken: bool,
     /// Reads an NSA entry.
     #[with(cfg.id_bits(), *cfg)]
     pub nsa: Port<NsaEntry>,
@@ -181,6 +184,10 @@ impl Block for ReadBack {
             lookup_ready &= i.ssa_ready;
             asked.valid &= i.ssa_ready;
         }
+        if cfg.shape.depth_ahead {
+            lookup_ready &= i.depth_ready;
+            asked.valid &= i.depth_ready;
+        }
         let chain_ready = ChainReader::moore(cfg, &q.reader, &m.reader).ready;
         let (mut release, mut release_ready) = (Stream::idle(), true);
         if !cfg.counts_out() {
@@ -222,7 +229,7 @@ impl Block for ReadBack {
         Out {
             ssa_read: lookup.ssa_read,
             ssa_write: lookup.ssa_write,
-            ssa_taken: lookup.ssa_taken,
+            taken: lookup.taken,
             nsa: reader.nsa,
             scan,
             read: reader.read,

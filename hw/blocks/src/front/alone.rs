@@ -1,6 +1,7 @@
-//! A front that is clocked alone, while all else in its machine rests: it clears memories, or shows an image between frames.
+//! A front that is clocked alone, while all else in its machine rests: it clears memories, or shows an image between frames. Its
+//! frame buffer is on chip: one outside has the port to share.
 
-use super::{Front, In, Mem, Moore, State};
+use super::{Config, Front, In, Mem, Moore, State};
 use crate::scanout;
 use crate::sequencer::Phase;
 use pellucid_machine::pixel::Screen;
@@ -30,6 +31,7 @@ pub fn alone(
         return None;
     }
     *q = *d;
+    let cfg = &Config::on_chip(*cfg);
     let seen = Front::moore(cfg, q, m);
     Front::next(cfg, q, d, m, In { image_ready, cleared: true, ..In::default() });
     debug_assert!(d.check(cfg).is_ok(), "a register of the front overflows");
@@ -37,16 +39,17 @@ pub fn alone(
 }
 
 /// Within the implementation of [`Machine`](pellucid_machine::Machine) for a machine of fragments whose registers and memories
-/// have a `front`: clocks that [alone](pellucid_machine::Machine::alone). The expression clears what else is cleared in the same
-/// cycle, memories clocked, and is whether one of these is at fault, or nothing where that takes longer; it has
-/// the configuration, registers before and after the edge, memories, and a stream of what is cleared.
+/// have a `front`: clocks that [alone](pellucid_machine::Machine::alone). The first expression is whether the frame buffer lies
+/// outside; it has the configuration. The second one clears what else is cleared in the same cycle, memories clocked, and is
+/// whether one of these is at fault, or nothing where that takes longer; it has registers before and after the edge, memories, and
+/// a stream of what is cleared, too.
 #[macro_export]
 macro_rules! front_alone {
-    (|$cfg:ident, $q:ident, $d:ident, $m:ident, $clear:ident| $clears:expr) => {
+    (|$cfg:ident, $q:ident, $d:ident, $m:ident, $clear:ident| $outside:expr, $clears:expr) => {
         const FRONT: Option<&'static str> = Some("front");
 
-        fn may_be_alone(_: &Self::Config, q: &Self::State) -> bool {
-            $crate::front::alone::may_be_alone(&q.front)
+        fn may_be_alone($cfg: &Self::Config, q: &Self::State) -> bool {
+            !$outside && $crate::front::alone::may_be_alone(&q.front)
         }
 
         #[inline(always)]

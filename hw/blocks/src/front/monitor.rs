@@ -1,11 +1,24 @@
 //! Watches the front of a machine of fragments.
 
-use super::{Out, Phase, State};
+use super::{Config, Out, Phase, State};
+use crate::scanout::Fsm;
 use crate::sequencer::PHASES;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{Cycles, Fragments, PhaseCounts, Seen, seen};
 use pellucid_sim::signals::state_name;
-use pellucid_sim::{Handshake, StreamMonitor, Violation};
+use pellucid_sim::{Figure, Figures, Handshake, StreamMonitor, Violation};
+
+pellucid_sim::counters! {
+    /// What is counted of a frame buffer in outside memory.
+    pub struct FramebufferCounters {
+        /// Fragments whose pixel was found in the frame buffer's cache, or on its way to it.
+        framebuffer_hits: "fragments",
+        /// Fragments whose pixel's line was fetched.
+        framebuffer_misses: "fragments",
+        /// Pixels that went back to outside memory.
+        framebuffer_written_back: "pixels",
+    }
+}
 
 /// The wires of a front in a cycle.
 pub struct Wires {
@@ -30,6 +43,7 @@ pub struct FrontMonitor {
     pub fragments: Fragments,
     /// Transparent fragments that were hidden on arrival.
     pub culled: u64,
+    framebuffer: FramebufferCounters,
     fragment: StreamMonitor<Marked<Fragment>>,
     passed: StreamMonitor<Marked<PixelFragment>>,
     image: StreamMonitor<u32>,
@@ -42,6 +56,7 @@ impl FrontMonitor {
             phases: PhaseCounts::default(),
             fragments: Fragments::default(),
             culled: 0,
+            framebuffer: FramebufferCounters::default(),
             fragment: StreamMonitor::new("fragment", "source", "depth_test"),
             passed: StreamMonitor::new("passed", "depth_test", receiver),
             image: StreamMonitor::new("image", "scanout", "display"),
@@ -57,6 +72,10 @@ impl FrontMonitor {
         let Wires { fragment, passed, image, out, shows, again } = wires;
         self.phases.observe(out.phase as u8, shows);
         self.image.observe(image)?;
+        let counted = &mut self.framebuffer;
+        counted.framebuffer_hits += u64::from(out.events.framebuffer_hit);
+        counted.framebuffer_misses += u64::from(out.events.framebuffer_miss);
+        counted.framebuffer_written_back += u64::from(out.events.framebuffer_write_back);
         if out.phase == Phase::Clear {
             return Ok(());
         }
@@ -77,6 +96,11 @@ impl FrontMonitor {
         self.phases.cycles(PHASES)
     }
 
+    /// What was counted of a frame buffer outside; nothing of one on chip.
+    pub fn framebuffer_figures(&self, cfg: &Config) -> Vec<Figure> {
+        if cfg.outside() { self.framebuffer.figures() } else { vec![] }
+    }
+
     /// The streams, with those of the machine between them.
     pub fn streams(&self, own: impl IntoIterator<Item = Seen>) -> Vec<Seen> {
         let mut streams = vec![seen(&self.fragment), seen(&self.passed)];
@@ -88,6 +112,8 @@ impl FrontMonitor {
     /// The state of a block: the scanout's, or else what the machine is at.
     pub fn state(block: &str, q: &State) -> &'static str {
         match block {
+            // Only one of both is ever at work.
+            "scanout" if q.pixels.scanout.fsm != Fsm::Idle => state_name(q.pixels.scanout.fsm),
             "scanout" => state_name(q.display.scanout.fsm),
             _ => state_name(q.sequencer.phase),
         }

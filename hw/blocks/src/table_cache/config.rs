@@ -19,6 +19,8 @@ pub struct Config {
     pub in_flight: u32,
     /// Lines that may be on their way from memory, at least 1.
     pub misses: u32,
+    /// What was written can be flushed to memory.
+    pub flushes: bool,
 }
 
 impl Config {

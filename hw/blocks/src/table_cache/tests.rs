@@ -11,7 +11,7 @@ const WORDS: u32 = 64;
 /// A cache of that shape, of words of 70 bits.
 pub(super) fn config(sets: u32, ways: u32, line: u32, in_flight: u32, misses: u32) -> Config {
     let port = outside::Config { words: WORDS, bits: 70 };
-    Config { port, sets, ways, line, in_flight, misses }
+    Config { port, sets, ways, line, in_flight, misses, flushes: false }
 }
 
 /// A cache between a user and a memory.
@@ -258,7 +258,8 @@ fn covering(line: u32, latency: u64) -> Config {
     let port = outside::Config { words: TABLE, bits: 70 };
     let in_flight = latency as u32 + 2 * line;
     let misses = (latency as u32 + 2).div_ceil(line) + 1;
-    Config { port, sets: misses.next_power_of_two(), ways: 2, line, in_flight, misses }
+    let sets = misses.next_power_of_two();
+    Config { port, sets, ways: 2, line, in_flight, misses, flushes: false }
 }
 
 fn cycles(entries: &[(u64, Entry)]) -> Vec<u64> {
@@ -415,7 +416,58 @@ fn any_asks() -> impl Strategy<Value = Vec<(u32, bool)>> {
     })
 }
 
+#[test]
+fn a_flush_takes_two_cycles_for_a_line_one_if_it_is_in_use_and_its_words_if_it_is_dirty() {
+    for (sets, ways, line) in [(1, 1, 1), (4, 2, 4), (2, 1, 8), (1, 4, 2)] {
+        let cfg = Config { flushes: true, ..config(sets, ways, line, 8, 2) };
+        let mut bench = Bench::ready(cfg, 3);
+        let flush = |bench: &mut Bench| {
+            let first = bench.sim.cycle();
+            bench.cycle(In { flush: true, ..In::default() });
+            assert!(!bench.sim.moore().ready && !bench.sim.moore().idle);
+            bench.rest();
+            bench.sim.cycle() - first
+        };
+        // Before the first ask nothing can be dirty.
+        assert_eq!(flush(&mut bench), 2);
+        bench.play(&[0], Some(5));
+        bench.rest();
+        for dirty in [1, 0] {
+            let lines = u64::from(2 * sets * ways + 1 + dirty * line);
+            assert_eq!(flush(&mut bench), 2 + lines, "{cfg:?}, {dirty} dirty");
+        }
+        assert_eq!(bench.memory.words[0], word(5));
+        // The line is there still.
+        bench.play(&[0], None);
+        assert_eq!(bench.events.misses, 1);
+    }
+}
+
 proptest! {
+    /// Whatever was asked for and written before: all is in memory, and in the cache as it was.
+    #[test]
+    fn what_is_flushed_is_in_memory(
+        cfg in any_config(),
+        rounds in proptest::collection::vec(any_asks(), 1..4),
+        ready in pattern(),
+        latencies in proptest::collection::vec(1u64..30, 1..6),
+    ) {
+        let cfg = Config { flushes: true, ..cfg };
+        let mut bench = Bench::new(cfg, Behind::new(WORDS, ready, latencies));
+        let mut array: Vec<Word> = (0..WORDS).map(at_first).collect();
+        for (asks, number) in rounds.into_iter().zip(1..) {
+            let asks: Vec<u32> = asks.into_iter().map(|(address, _)| address).collect();
+            for (_, entry) in bench.play(&asks, Some(number)) {
+                prop_assert_eq!(entry.word, array[entry.address as usize]);
+                array[entry.address as usize] = word(number);
+            }
+            // While lines still come, too.
+            bench.cycle(In { flush: true, ..In::default() });
+            bench.rest();
+            prop_assert_eq!(&bench.memory.words, &array);
+        }
+    }
+
     /// Whatever was asked for and written before, and however the memory takes and answers.
     #[test]
     fn a_table_that_is_cleared_again_holds_nothing_else(
@@ -490,7 +542,8 @@ proptest! {
                 reference.request(Request { write: writes, address, word });
                 taken += 1;
             }
-            let i = In { ask, taken: takes, write, clear, memory: bench.memory.shows(cycle) };
+            let memory = bench.memory.shows(cycle);
+            let i = In { ask, taken: takes, write, clear, flush: false, memory };
             let honest = valid_ignores_ready::<TableCache, Request>(
                 bench.sim.config(),
                 bench.sim.state(),

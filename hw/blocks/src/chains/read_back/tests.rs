@@ -73,6 +73,7 @@ impl Bench {
                 break;
             }
             let i = In {
+                depth_ready: true,
                 ssa_ready: true,
                 start: cycle == 0,
                 ssa: self.ssa.q(),

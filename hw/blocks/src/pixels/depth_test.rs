@@ -1,0 +1,235 @@
+//! The early depth test of fragments whose pixels lie in outside memory: several wait for their pixel, in order.
+//!
+//! ```text
+//!                    +--------------+---> mark read, mark
+//!  fragment -------->|              |---> passed (transparent, in front)
+//!  ready <-----------| DepthAhead   |<--- passed_ready
+//!  marked ---------->|              |---> ask (a pixel of the table)
+//!  pixel ----------->|              |---> taken, write
+//!                    +--------------+
+//! ```
+//! What becomes of a fragment is as in [`DepthTest`](crate::depth_test). A pixel without its [mark](super::marks) is at the far plane:
+//! a transparent fragment that comes to one is in front, and the table is not asked. An opaque one sets the mark as it asks, and is
+//! the first that its pixel is to hold; so one that comes behind it asks, too, and sees what it has left, as the table shows
+//! entries in the order of the asks. One fragment a cycle, as long as pixels come; four cycles from input to output for one
+//! whose pixel is not asked for, six for one whose pixel is in the cache.
+
+use super::config::Config;
+use super::pixel::Pixel;
+use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen, Z_FAR, is_opaque};
+use pellucid_sim::{Block, Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
+
+/// See the module's description.
+pub struct DepthAhead;
+
+/// A fragment that waits for its pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Waiting {
+    /// The fragment.
+    #[with(*cfg)]
+    pub fragment: PixelFragment,
+    /// Its pixel holds something already.
+    pub marked: bool,
+}
+
+const QUEUE_DEPTH: u32 = 2;
+
+type Queue = Fifo<Marked<Fragment>>;
+type Waits = Fifo<Marked<Waiting>>;
+
+fn queue(cfg: &Config) -> fifo::Config<Screen> {
+    fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// Fragments that arrived.
+    #[with(QUEUE_DEPTH)]
+    #[block(Queue, queue(cfg))]
+    pub queue: fifo::State,
+    /// The fragment whose pixel's mark is shown.
+    #[with(cfg.screen)]
+    pub stage: Stream<Marked<PixelFragment>>,
+    /// Fragments that wait for their pixel.
+    #[with(cfg.waiting().depth)]
+    #[block(Waits, cfg.waiting())]
+    pub waits: fifo::State,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Fragments in arrival order, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Stream<Marked<Fragment>>,
+    /// The mark that was asked for.
+    pub marked: Read<bool>,
+    /// The table takes an ask.
+    pub table_ready: bool,
+    /// The pixel that was asked for first, once it is there.
+    #[with(cfg.screen)]
+    pub pixel: Read<Pixel>,
+    /// The receiver of `passed` is ready.
+    pub passed_ready: bool,
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// A fragment is taken.
+    pub ready: bool,
+    /// The fragment that was there first: see [`passed`].
+    #[with(cfg.screen)]
+    pub oldest: Stream<Marked<Waiting>>,
+}
+
+/// Outputs. The default is what the unit shows while it is not clocked.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+pub struct Out {
+    /// Reads a mark.
+    #[with(cfg.screen.pixel_bits())]
+    pub mark_read: ReadPort,
+    /// Sets one.
+    #[with(cfg.screen.pixel_bits())]
+    pub mark: Stream<u32>,
+    /// Asks for a pixel.
+    #[with(cfg.screen.pixel_bits())]
+    pub ask: Stream<u32>,
+    /// The pixel that is shown is done with.
+    pub taken: bool,
+    /// What it holds from now on.
+    #[with(cfg.screen)]
+    pub write: Stream<Pixel>,
+    /// An opaque fragment is drawn in this cycle.
+    pub drawn: bool,
+    /// An opaque fragment is dropped in this cycle: it is hidden.
+    pub hidden: bool,
+    /// A transparent fragment is dropped in this cycle: it is hidden.
+    pub culled: bool,
+}
+
+/// Whether a fragment's pixel was asked for.
+#[inline(always)]
+#[rtl]
+fn asked(waiting: Waiting) -> bool {
+    waiting.marked || is_opaque(waiting.fragment.rgba)
+}
+
+/// Whether what is to be known of the oldest fragment is there.
+#[inline(always)]
+#[rtl]
+fn there(oldest: Stream<Marked<Waiting>>, pixel: Read<Pixel>) -> bool {
+    oldest.valid && (oldest.payload.end || !asked(oldest.payload.item) || pixel.valid)
+}
+
+/// Whether it is in front of what its pixel holds, which is nothing where it is the first.
+#[inline(always)]
+#[rtl]
+fn nearer(waiting: Waiting, pixel: Read<Pixel>) -> bool {
+    let depth = if waiting.marked { pixel.data.depth } else { Z_FAR };
+    waiting.fragment.z < depth
+}
+
+/// What is passed on, before inputs are known: transparent fragments in front, in order, then the end of the frame.
+#[inline(always)]
+#[rtl]
+pub fn passed(
+    oldest: Stream<Marked<Waiting>>,
+    pixel: Read<Pixel>,
+) -> Stream<Marked<PixelFragment>> {
+    let Marked { end, item } = oldest.payload;
+    let in_front = !is_opaque(item.fragment.rgba) && nearer(item, pixel);
+    Stream {
+        valid: there(oldest, pixel) && (end || in_front),
+        payload: Marked { end, item: item.fragment },
+    }
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// Fragments that arrived.
+    #[block(Queue, queue(cfg))]
+    pub queue: <Queue as Block>::Mem,
+    /// Fragments that wait for their pixel.
+    #[block(Waits, cfg.waiting())]
+    pub waits: <Waits as Block>::Mem,
+}
+
+#[rtl(check(DepthAhead, super::tests::config(1, 2)), check(DepthAhead, super::tests::config(4, 7)))]
+impl Block for DepthAhead {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        Moore {
+            ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready,
+            oldest: Waits::moore(&cfg.waiting(), &q.waits, &m.waits).front,
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        // Third stage: the fragment that came first, once its pixel is there.
+        let waits = Waits::moore(&cfg.waiting(), &q.waits, &m.waits);
+        let Marked { end, item } = waits.front.payload;
+        let f = item.fragment;
+        let stalls = passed(waits.front, i.pixel).valid && !i.passed_ready;
+        let leaves = there(waits.front, i.pixel) && !stalls;
+        let fragment = leaves && !end;
+        let (opaque, nearer) = (is_opaque(f.rgba), nearer(item, i.pixel));
+        let taken = fragment && asked(item);
+        let drawn = fragment && opaque && nearer;
+        // The first one is written even if it is at the far plane: its mark is set.
+        let mut pixel = Pixel::clear(&cfg.screen);
+        if drawn {
+            pixel = Pixel { depth: f.z, colour: f.rgba >> 8 };
+        }
+        let write = Stream { valid: drawn || (taken && !item.marked), payload: pixel };
+
+        // Second stage: the mark says whether the pixel is asked for.
+        let Marked { end: last, item: next } = q.stage.payload;
+        let waiting = Waiting { fragment: next, marked: i.marked.data };
+        let goes = q.stage.valid && waits.ready && i.table_ready;
+        let comes = goes && !last;
+        let ask = Stream { valid: comes && asked(waiting), payload: next.pixel };
+        let first = comes && is_opaque(next.rgba) && !i.marked.data;
+        let push = Stream { valid: goes, payload: Marked { end: last, item: waiting } };
+        let to_waits = fifo::In { push, pop: leaves };
+        Waits::next(&cfg.waiting(), &q.waits, &mut d.waits, &mut m.waits, to_waits);
+
+        // First stage: asks for the mark of the next fragment's pixel.
+        let front = Queue::moore(&queue(cfg), &q.queue, &m.queue).front;
+        let mut mark_read = ReadPort::default();
+        let takes = !q.stage.valid || goes;
+        if takes {
+            let Fragment { x, y, z, rgba, label } = front.payload.item;
+            let item = PixelFragment { pixel: y * cfg.screen.width + x, z, rgba, label };
+            d.stage =
+                Stream { valid: front.valid, payload: Marked { end: front.payload.end, item } };
+            if front.valid && !front.payload.end {
+                mark_read.read(item.pixel);
+            }
+        }
+        let to_queue = fifo::In { push: i.fragment, pop: takes };
+        Queue::next(&queue(cfg), &q.queue, &mut d.queue, &mut m.queue, to_queue);
+
+        Out {
+            mark_read,
+            mark: Stream { valid: first, payload: next.pixel },
+            ask,
+            taken,
+            write,
+            drawn,
+            hidden: fragment && opaque && !nearer,
+            culled: fragment && !opaque && !nearer,
+        }
+    }
+}

@@ -1,0 +1,492 @@
+//! The display side with its frame buffer in outside memory: depth and colour of every pixel, twice, and what reads and writes
+//! them.
+//!
+//! ```text
+//!                 +------------+  ask, write  +-------------+
+//!  fragment ----->| DepthAhead |------------->| CachedTable |---+
+//!  passed <-------|            |<-------------|             |   |
+//!                 +------------+  pixel       +-------------+   |   +---------+
+//!  ask ---------->| Fetch      |------------------------------->+-->|         |
+//!  depth <--------|            |--> Destination --> colour      |   | Arbiter |---> request (Stream)
+//!  colour write ->| colours    |------------------------------->+   |         |<--- memory
+//!                 +------------+                                    |         |
+//!  image <--------| ScanoutAhead |--------------------------------->|         |
+//!                 +--------------+                                  +---------+
+//! ```
+//! A word is a pixel, depth and colour: an opaque fragment that is drawn writes both, and what is resolved reads both. [`Marks`] on
+//! chip say which pixels hold something at all.
+//!
+//! *While fragments come*, several wait for their pixel in [`DepthAhead`], and a cache of the front bank keeps those that were
+//! used. When the frame is `stored` it is flushed: what follows reads memory.
+//!
+//! *While they are resolved*, each pixel is named in `ask` before it is used, in the order of its use, once. It is read ahead, and its
+//! depth is shown until it is taken; where its fragments will arrive (`kept`) its colour goes to the
+//! [`Destination`]. The colour that comes of it is written to memory, a word a cycle; while `colour_ready` is low, no further
+//! fragment may go to the blender. A pixel that is written hides everything from then on: its depth is 0.
+//!
+//! *While it is shown* it is read ahead, too, in the bank that is in the back then. Who draws and who shows take turns. The
+//! banks may change places while it is `drained`.
+//!
+//! After a reset both banks are cleared, a pixel a cycle, so that no word of memory is read before it was written.
+
+mod config;
+pub mod depth_test;
+pub mod destination;
+pub mod fetch;
+pub mod marks;
+mod pixel;
+pub mod scanout;
+#[cfg(test)]
+mod tests;
+
+pub use config::Config;
+pub use pixel::Pixel;
+
+use crate::arbiter::{self, Arbiter};
+use crate::cached_table::{self, CachedTable};
+use depth_test::DepthAhead;
+use destination::Destination;
+use fetch::Fetch;
+use marks::Marks;
+use pellucid_machine::outside::{self, Request};
+use pellucid_machine::pixel::{
+    Arrived, COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS,
+};
+use pellucid_sim::ram::port;
+use pellucid_sim::{Block, Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
+use scanout::ScanoutAhead;
+
+/// See the module's description.
+pub struct Pixels;
+
+type Table = CachedTable<Pixel>;
+type Turns = Arbiter;
+type Writes = Fifo<Written>;
+
+/// A colour on its way to memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
+#[signals(Screen)]
+pub struct Written {
+    /// Its pixel.
+    #[width(cfg.pixel_bits())]
+    pub pixel: u32,
+    /// The colour, `0xRRGGBB`.
+    #[width(COLOUR_BITS)]
+    pub colour: u32,
+}
+
+/// Registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct State {
+    /// See [`marks`].
+    #[with(cfg.screen)]
+    #[block(Marks)]
+    pub marks: marks::State,
+    /// See [`depth_test`].
+    #[with(*cfg)]
+    #[block(DepthAhead)]
+    pub depth_test: depth_test::State,
+    /// The front bank, while fragments come.
+    #[with(cfg.table)]
+    #[block(Table, cfg.cached())]
+    pub table: cached_table::State,
+    /// Pixels of the front bank that are to be resolved.
+    #[with(cfg.resolved())]
+    #[block(Fetch)]
+    pub fetch: fetch::State,
+    /// See [`destination`].
+    #[with(*cfg)]
+    #[block(Destination)]
+    pub destination: destination::State,
+    /// Colours on their way to memory.
+    #[with(cfg.writes().depth)]
+    #[block(Writes, cfg.writes())]
+    pub writes: fifo::State,
+    /// See [`scanout`].
+    #[with(*cfg)]
+    #[block(ScanoutAhead)]
+    pub scanout: scanout::State,
+    /// Who draws and who shows take turns.
+    #[with(cfg.arbiter())]
+    #[block(Turns, cfg.arbiter())]
+    pub turns: arbiter::State,
+}
+
+/// Memories.
+#[derive(Memory)]
+pub struct Mem {
+    /// See [`marks`].
+    #[block(Marks, cfg.screen)]
+    pub marks: marks::Mem,
+    /// See [`depth_test`].
+    #[block(DepthAhead, *cfg)]
+    pub depth_test: depth_test::Mem,
+    /// The front bank, while fragments come.
+    #[block(Table, cfg.cached())]
+    pub table: cached_table::Mem,
+    /// Pixels of the front bank that are to be resolved.
+    #[block(Fetch, cfg.resolved())]
+    pub fetch: fetch::Mem,
+    /// See [`destination`].
+    #[block(Destination, *cfg)]
+    pub destination: destination::Mem,
+    /// Colours on their way to memory.
+    #[block(Writes, cfg.writes())]
+    pub writes: <Writes as Block>::Mem,
+    /// See [`scanout`].
+    #[block(ScanoutAhead, *cfg)]
+    pub scanout: scanout::Mem,
+    /// Whose answers come.
+    #[block(Turns, cfg.arbiter())]
+    pub turns: arbiter::Mem,
+}
+
+/// Inputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct In {
+    /// Fragments come.
+    pub storing: bool,
+    /// Fragments in arrival order, then the end of the frame.
+    #[with(cfg.screen)]
+    pub fragment: Stream<Marked<Fragment>>,
+    /// The receiver of `passed` is ready.
+    pub passed_ready: bool,
+    /// The frame's last fragment is stored.
+    pub stored: bool,
+    /// What the machine asks and tells while it resolves.
+    #[with(cfg.screen)]
+    pub resolve: Resolve,
+    /// The blender takes a pixel's first fragment.
+    #[with(cfg.screen.pixel_bits())]
+    pub colour_read: ReadPort,
+    /// Writes a colour, `0xRRGGBB`.
+    #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
+    pub colour_write: WritePort<u32>,
+    /// Both banks are being cleared.
+    pub clearing: bool,
+    /// The pixel that is cleared there, taken where `clear_ready` is high.
+    #[with(cfg.screen.pixel_bits())]
+    pub clear: Stream<u32>,
+    /// The frame in the front bank is complete: it is shown from the next cycle on. Only while not `busy`, and `drained`.
+    pub show: bool,
+    /// The receiver takes a colour.
+    pub image_ready: bool,
+    /// What the memory drives.
+    #[with(cfg.port())]
+    pub memory: outside::In,
+}
+
+/// What a machine asks and tells while it resolves, where the frame buffer lies outside.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(Screen)]
+pub struct Resolve {
+    /// A pixel that will be used.
+    #[with(cfg.pixel_bits())]
+    pub ask: Stream<u32>,
+    /// The depth at hand is done with.
+    pub taken: bool,
+    /// Fragments of its pixel will arrive at the sorter.
+    pub kept: bool,
+    /// A fragment arrives there.
+    pub comes: bool,
+    /// It is visible.
+    pub visible: bool,
+    /// It is its pixel's last, in its last pass.
+    pub last: bool,
+}
+
+/// Whether what arrives may go to the sorter.
+#[inline(always)]
+#[rtl]
+pub fn opens(seen: Resolved, arrived: Stream<Marked<Arrived>>) -> bool {
+    seen.open && (seen.there || arrived.payload.end)
+}
+
+/// What a machine tells, where what is offered at the sorter is taken there or not.
+#[inline(always)]
+#[rtl]
+pub fn arriving(told: Resolve, arrived: Stream<Marked<Arrived>>, ready: bool) -> Resolve {
+    let Marked { end, item } = arrived.payload;
+    Resolve {
+        ask: told.ask,
+        taken: told.taken,
+        kept: told.kept,
+        comes: arrived.valid && ready && !end,
+        visible: item.visible,
+        last: item.last && item.last_pass,
+    }
+}
+
+/// Outputs of registers.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Moore {
+    /// A fragment is taken.
+    pub ready: bool,
+    /// Transparent fragments in front, in order, then the end of the frame.
+    #[with(cfg.screen)]
+    pub passed: Stream<Marked<PixelFragment>>,
+    /// What the machine sees while it resolves.
+    pub resolve: Resolved,
+    /// The depth of the pixel that was asked for first, once it is there.
+    #[with(Z_BITS)]
+    pub depth: Read<u32>,
+    /// The colour of the pixel whose first fragment the blender took.
+    #[with(COLOUR_BITS)]
+    pub colour: Read<u32>,
+    /// A pixel that is cleared is taken.
+    pub clear_ready: bool,
+    /// The image, pixel by pixel, `0xRRGGBB`.
+    #[with(COLOUR_BITS)]
+    pub image: Stream<u32>,
+    /// A frame is being shown.
+    pub busy: bool,
+    /// All that was drawn is in memory, or on its way there.
+    pub drained: bool,
+}
+
+/// What a machine sees while it resolves, where the frame buffer lies outside.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(())]
+pub struct Resolved {
+    /// A pixel may be asked for.
+    pub ready: bool,
+    /// Fragments may arrive at the sorter.
+    pub open: bool,
+    /// The colour of the pixel whose fragments arrive is there.
+    pub there: bool,
+    /// Fragments may go to the blender.
+    pub colour_ready: bool,
+}
+
+/// Outputs.
+#[derive(Clone, Copy, Debug, Signals)]
+pub struct Out {
+    /// What is asked of the memory.
+    #[with(cfg.port())]
+    pub request: Stream<Request>,
+    /// An opaque fragment is drawn.
+    pub drawn: bool,
+    /// An opaque fragment is hidden.
+    pub hidden: bool,
+    /// A transparent fragment is hidden on arrival.
+    pub culled: bool,
+    /// What is told of the cache.
+    pub events: Events,
+}
+
+/// What happened in a cycle, one wire each.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(())]
+pub struct Events {
+    /// A fragment's pixel is found in the cache, or on its way there.
+    pub framebuffer_hit: bool,
+    /// A fragment's pixel is not.
+    pub framebuffer_miss: bool,
+    /// A pixel goes from the cache to memory.
+    pub framebuffer_write_back: bool,
+}
+
+/// What can be seen of a frame buffer outside in a cycle.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(())]
+pub struct Wires {
+    /// What happened.
+    pub events: Events,
+}
+
+/// The request of whoever draws or shows, where bank b is in front or not: bank a lies first.
+#[inline(always)]
+#[rtl]
+fn banked(cfg: &Config, request: Stream<Request>, front_is_b: bool) -> Stream<Request> {
+    let words = cfg.bank().words;
+    let mut asked = request;
+    let back = request.payload.address >= words;
+    if front_is_b && back {
+        asked.payload.address = request.payload.address - words;
+    } else if front_is_b {
+        asked.payload.address = request.payload.address + words;
+    }
+    asked
+}
+
+#[rtl(check(Pixels, tests::config(1, 2)), check(Pixels, tests::config(4, 7)))]
+impl Block for Pixels {
+    type Config = Config;
+    type State = State;
+    type In = In;
+    type Moore = Moore;
+    type Out = Out;
+    type Mem = Mem;
+
+    #[inline(always)]
+    fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let table = Table::moore(&cfg.cached(), &q.table, &m.table);
+        let test = DepthAhead::moore(cfg, &q.depth_test, &m.depth_test);
+        let fetch = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
+        let destination = Destination::moore(cfg, &q.destination, &m.destination);
+        let scanout = ScanoutAhead::moore(cfg, &q.scanout, &m.scanout);
+        let waiting = Writes::moore(&cfg.writes(), &q.writes, &m.writes).count;
+        let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
+        Moore {
+            ready: test.ready,
+            passed: depth_test::passed(test.oldest, table.entry),
+            resolve: Resolved {
+                ready: fetch.ready && table.idle,
+                open: destination.open,
+                there: destination.there,
+                colour_ready: waiting <= config::WAITING,
+            },
+            depth: Read {
+                valid: fetch.pixel.valid && destination.ready,
+                data: fetch.pixel.payload.depth,
+            },
+            colour: Read { valid: true, data: destination.colour },
+            clear_ready: table.clear_ready && turns.ready[0] && turns.ready[1],
+            image: scanout.image,
+            busy: scanout.busy,
+            drained: table.idle && fetch.idle && waiting == 0 && turns.idle,
+        }
+    }
+
+    #[inline(always)]
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
+        // What every block shows before its inputs are known.
+        let marks = Marks::moore(&cfg.screen, &q.marks, &m.marks);
+        let table = Table::moore(&cfg.cached(), &q.table, &m.table);
+        let fetched = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
+        let kept = Destination::moore(cfg, &q.destination, &m.destination);
+        let written = Writes::moore(&cfg.writes(), &q.writes, &m.writes).front;
+        let busy = ScanoutAhead::moore(cfg, &q.scanout, &m.scanout).busy;
+        let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
+        let draws = arbiter::client(&0, turns, i.memory);
+        let shows = arbiter::client(&1, turns, i.memory);
+
+        let taken = i.clear.valid && table.clear_ready && draws.ready && shows.ready;
+        let clear = Stream { valid: taken, payload: i.clear.payload };
+
+        // Colours go first, then pixels that are read, then the cache. The last two are never under way at once.
+        let mut to_fetch_memory = draws;
+        to_fetch_memory.ready = draws.ready && !written.valid;
+        to_fetch_memory.response.valid = draws.response.valid && !fetched.idle;
+        let mut to_table_memory = draws;
+        to_table_memory.ready = to_fetch_memory.ready && (!i.clearing || shows.ready);
+        to_table_memory.response.valid = draws.response.valid && fetched.idle;
+
+        // Store: fragments meet their pixels.
+        let test = if i.storing {
+            let to_test = depth_test::In {
+                fragment: i.fragment,
+                marked: marks.front,
+                table_ready: table.ready && fetched.idle,
+                pixel: table.entry,
+                passed_ready: i.passed_ready,
+            };
+            DepthAhead::next(cfg, &q.depth_test, &mut d.depth_test, &mut m.depth_test, to_test)
+        } else {
+            depth_test::Out::default()
+        };
+        let to_table = cached_table::In {
+            ask: test.ask,
+            taken: test.taken,
+            write: test.write,
+            clear,
+            flush: i.stored,
+            memory: to_table_memory,
+        };
+        let cached = Table::next(&cfg.cached(), &q.table, &mut d.table, &mut m.table, to_table);
+
+        // Resolve: depths and colours are read ahead.
+        let depth_there = fetched.pixel.valid && kept.ready;
+        let taken = depth_there && i.resolve.taken;
+        let to_fetch = fetch::In {
+            ask: Stream {
+                valid: i.resolve.ask.valid && table.idle,
+                payload: i.resolve.ask.payload,
+            },
+            marked: marks.front,
+            taken,
+            memory: to_fetch_memory,
+        };
+        let fetch = Fetch::next(&cfg.resolved(), &q.fetch, &mut d.fetch, &mut m.fetch, to_fetch);
+        let to_destination = destination::In {
+            push: Stream { valid: taken && i.resolve.kept, payload: fetched.pixel.payload.colour },
+            comes: i.resolve.comes,
+            visible: i.resolve.visible,
+            last: i.resolve.last,
+            pop: port::read_at(i.colour_read).valid,
+        };
+        Destination::next(
+            cfg,
+            &q.destination,
+            &mut d.destination,
+            &mut m.destination,
+            to_destination,
+        );
+        let (pixel, colour) = (port::written_at(i.colour_write), port::written(i.colour_write));
+        let to_writes = fifo::In {
+            push: Stream {
+                valid: colour.valid,
+                payload: Written { pixel: pixel.payload, colour: colour.payload },
+            },
+            pop: draws.ready,
+        };
+        Writes::next(&cfg.writes(), &q.writes, &mut d.writes, &mut m.writes, to_writes);
+
+        // The frame before is shown.
+        let shown = if busy || i.show {
+            let to_scanout = scanout::In {
+                start: i.show,
+                marked: marks.back,
+                memory: shows,
+                image_ready: i.image_ready,
+            };
+            ScanoutAhead::next(cfg, &q.scanout, &mut d.scanout, &mut m.scanout, to_scanout)
+        } else {
+            scanout::Out::default()
+        };
+
+        let to_marks = marks::In {
+            read: [test.mark_read, fetch.mark_read],
+            mark: [test.mark, pixel],
+            back_read: shown.mark_read,
+            wipe: shown.wipe,
+            clear,
+            swap: i.show,
+        };
+        Marks::next(&cfg.screen, &q.marks, &mut d.marks, &mut m.marks, to_marks);
+
+        let mut drawn = cached.request;
+        if written.valid {
+            let Written { pixel, colour } = written.payload;
+            let word = Pixel::word(&cfg.screen, Pixel { depth: 0, colour });
+            drawn = Stream::offer(Request { write: true, address: pixel, word });
+        } else if fetch.request.valid {
+            drawn = fetch.request;
+        }
+        let mut back = shown.request;
+        if i.clearing {
+            // What is cleared is cleared in both banks at once.
+            drawn.valid &= shows.ready;
+            back = drawn;
+            back.valid &= draws.ready;
+        }
+        let to_turns = arbiter::In {
+            request: [drawn, back, Stream::idle(), Stream::idle()],
+            memory: i.memory,
+        };
+        let request =
+            Turns::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns).request;
+
+        Out {
+            request: banked(cfg, request, marks.front_is_b),
+            drawn: test.drawn,
+            hidden: test.hidden,
+            culled: test.culled,
+            events: Events {
+                framebuffer_hit: cached.hit,
+                framebuffer_miss: cached.miss,
+                framebuffer_write_back: cached.write_back,
+            },
+        }
+    }
+}
