@@ -24,6 +24,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("overflow", "rebuild"), ("fragments", "100000")],
         &[("counters", "cached"), ("counters_sets", "2"), ("counters_line", "4")],
         &[("counters", "cached"), ("overflow", "drop"), ("layers", "5"), ("counters_sets", "1")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "2"), ("framebuffer_line", "4")],
     ],
     tight: &[
         ("layers", "2"),
@@ -64,5 +65,9 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("counters_sets", one_of(draw, &[1, 2, 8]).to_string()),
         ("counters_ways", one_of(draw, &[1, 2, 4]).to_string()),
         ("counters_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

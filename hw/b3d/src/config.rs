@@ -3,10 +3,10 @@
 use pellucid_blocks::array::fixed::{self, Shape};
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::rebuild::Overflow;
-use pellucid_blocks::sorter;
-use pellucid_machine::parameters;
+use pellucid_blocks::{front, pixels, shared_port, sorter};
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
+use pellucid_machine::{Outside, parameters};
 
 /// The most slots that a pixel can have.
 const MOST_LAYERS: u32 = 1 << 16;
@@ -36,6 +36,14 @@ parameters! {
         counters_ways: u32 = 4, "lines", 1..=8;
         /// Words of a line, a power of two.
         counters_line: u32 = 8, "words", 1..=16;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -64,9 +72,19 @@ pub struct Config {
     pub arrays: fixed::Config,
     /// The sorter.
     pub sorter: sorter::Config,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        let arrays = self.arrays.arrays.outside_memory().map(|memory| memory.within("arrays"));
+        self.front.outside_memory(arrays, self.params.outside_latency)
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors
@@ -99,6 +117,7 @@ impl Config {
             reads_in_flight: params.reads_in_flight,
             depth: params.sorter_depth,
             cached,
+            pixels_ahead: params.framebuffer == Place::Cached,
         };
         let arrays = fixed::Config::new(screen, shape);
         let sorter = sorter::Config {
@@ -107,7 +126,15 @@ impl Config {
             layer_bits: arrays.arrays.layer_bits(),
             newest_first: false,
         };
-        Ok(Config { screen, params, arrays, sorter })
+        let framebuffer = Cached::of(
+            "framebuffer",
+            params.framebuffer,
+            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
+        )?;
+        let reads = params.reads_in_flight;
+        let pixels = framebuffer.map(|cached| pixels::Config::new(screen, cached, reads, 4));
+        let (front, port) = front::Config::sharing(screen, pixels, arrays.arrays.port());
+        Ok(Config { screen, params, arrays, sorter, front, port })
     }
 
     /// The most slots that each pixel can have.

@@ -27,13 +27,14 @@ use config::Config;
 use pellucid_blocks::array::fixed::{self, FixedArrays};
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Status};
-use pellucid_blocks::pixels::Resolve;
+use pellucid_blocks::pixels;
 use pellucid_blocks::rebuild::{self, Step};
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
 
 /// The machine.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +88,7 @@ fn phase(front: front::Phase, step: Step) -> MachinePhase {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(front::Config::on_chip(cfg.screen))]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`fixed`].
@@ -102,17 +103,26 @@ pub struct State {
     #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
     pub blender: blender::State,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.front.outside())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, front::Config::on_chip(cfg.screen))]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`fixed`].
     #[block(FixedArrays, cfg.arrays)]
     pub arrays: fixed::Mem,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.front.outside())]
+    pub port: shared_port::Mem,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -140,6 +150,13 @@ pub struct Out {
     pub sorted: Handshake<Marked<Sorted>>,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
+    /// The port to outside memory, where the frame buffer lies there; else it is that of the arrays.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.front.outside())]
+    pub outside: outside::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -161,7 +178,7 @@ pub struct Events {
 
 #[rtl(
     name = "b3d",
-    input = InConfig { screen: cfg.screen, outside: cfg.arrays.arrays.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     check(B3d, crate::test_util::small_b3d(1, 6)),
     check(B3d, crate::test_util::small_b3d(3, 3))
@@ -176,7 +193,7 @@ impl Block for B3d {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front).status;
+        let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         let replay = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays).replay;
         Status { replay, ..front }
     }
@@ -186,15 +203,31 @@ impl Block for B3d {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let stored = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
+        // Where the frame buffer lies outside, its port has room for colours to be read and written.
+        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
+        let blends = cfg.front.goes(front.resolve.colour_ready);
+        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
+        arrived.valid &= arrives;
+        sorted.valid &= blends;
+        let arrived_ready = sorter.ready && arrives;
+
+        // What arrays and frame buffer see of the outside memory.
+        let (mut of_arrays, mut of_pixels) = (i.outside, outside::In::default());
+        if cfg.front.outside() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_arrays = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
+
         // Resolve: from the arrays to the frame buffer.
         let blend = if stored.step == Step::Resolve {
-            let to_sorter = sorter::In { arrived: stored.arrived, sorted_ready: true };
+            let to_sorter = sorter::In { arrived, sorted_ready: blends };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted: sorter.sorted, colour: front.colour };
+            let to_blender = blender::In { sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -205,14 +238,16 @@ impl Block for B3d {
             taken: i.fragment.valid && front.status.ready,
             fragment: front.passed,
             depth: front.depth,
-            arrived_ready: sorter.ready,
+            arrived_ready,
+            pixel_ready: front.resolve.ready,
             written: blend.frame_done,
             clear: front.clear,
-            outside: i.outside,
+            outside: of_arrays,
         };
         let arrays =
             FixedArrays::next(&cfg.arrays, &q.arrays, &mut d.arrays, &mut m.arrays, to_arrays);
 
+        let resolve = pixels::arriving(arrays.resolve, stored.arrived, arrived_ready);
         let to_front = front::In {
             fragment: i.fragment,
             image_ready: i.image_ready,
@@ -225,16 +260,28 @@ impl Block for B3d {
             depth_write: WritePort::default(),
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
-            resolve: Resolve::default(),
-            memory: outside::In::default(),
+            resolve,
+            memory: of_pixels,
         };
-        let done = Front::next(
-            &front::Config::on_chip(cfg.screen),
-            &q.front,
-            &mut d.front,
-            &mut m.front,
-            to_front,
-        );
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = arrays.wires.outside;
+        if cfg.front.outside() {
+            let to_port = shared_port::In {
+                fragments: Stream {
+                    valid: outside.request.valid,
+                    payload: outside.request.payload,
+                },
+                pixels: done.request,
+                memory: i.outside,
+            };
+            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+            // What was asked for always finds room.
+            outside = outside::Wires {
+                request: request.with(i.outside.ready),
+                response: i.outside.response.with(true),
+            };
+        }
 
         Out {
             phase: phase(done.phase, stored.step),
@@ -243,7 +290,7 @@ impl Block for B3d {
             replay: stored.replay,
             passed: front.passed.with(stored.ready),
             arrays: arrays.wires,
-            sorted: sorter.sorted.with(true),
+            sorted: sorter.sorted.with(blends),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
@@ -252,6 +299,8 @@ impl Block for B3d {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
+            outside,
         }
     }
 }

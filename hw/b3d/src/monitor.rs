@@ -57,6 +57,7 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                events: self.framebuffer.events,
                 ..front::Out::default()
             },
             shows: e.scanout,
@@ -149,16 +150,16 @@ impl Machine for B3d {
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: out.arrays.outside,
+            outside: out.outside,
         }
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.arrays.arrays.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.arrays.arrays.outside_memory().map(|memory| memory.within("arrays"))
+        cfg.outside_memory()
     }
 
     fn room(cfg: &Config, frame: &Census) -> Option<Room> {
@@ -317,6 +318,7 @@ impl Monitor<B3d> for B3dMonitor {
         let stored = self.passed - arrays.dropped;
         let mut figures = arrays.own.figures();
         figures.extend(B3dCounters { culled_early: front.culled, ..self.own }.figures());
+        figures.extend(front.framebuffer_figures(&cfg.front));
         let mut memories = Memories::new(memories);
         arrays.set_peaks(&cfg.arrays, &mut memories);
         Tally {

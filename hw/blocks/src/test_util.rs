@@ -308,6 +308,11 @@ pub fn fixed_at(begin: u32) -> fixed::Config {
     fixed::Config::new(screen(9, 5), fixed::Shape { begin, ..FIXED })
 }
 
+/// The same with pixels outside.
+pub fn fixed_ahead() -> fixed::Config {
+    fixed::Config::new(screen(9, 5), fixed::Shape { pixels_ahead: true, ..FIXED })
+}
+
 /// The same with counters outside, and slots beside them or not.
 pub fn caching_fixed(slots: bool) -> fixed::Config {
     let on_chip = if slots { FIXED.on_chip } else { 9 * 5 * FIXED.most };
@@ -322,6 +327,7 @@ const FIXED: fixed::Shape = fixed::Shape {
     reads_in_flight: 5,
     depth: 2,
     cached: None,
+    pixels_ahead: false,
 };
 
 /// What a block says of a configuration that it refuses.

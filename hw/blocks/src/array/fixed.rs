@@ -17,6 +17,9 @@
 //! [`mod@rebuild`]. Reading it back leaves every counter at 0, so that the next frame begins without clearing.
 
 pub mod monitor;
+mod wires;
+
+pub use wires::{Events, Wires};
 
 use super::config::{self, MAX_LANES};
 use super::counters::{self, Counters};
@@ -24,18 +27,19 @@ use super::index::{self, Index};
 use super::list::{self, WordList};
 use super::prefix_sum::Sums;
 use super::reader::{self, Reader};
-use super::walk::{self, Extent, Walk};
-use super::{Cached, CounterTable, Turns, cached};
+use super::walk::{self, Walk, visited};
+use super::{CounterTable, Turns, cached};
 use crate::arbiter;
 use crate::cached_table;
 use crate::chains::answers::{self, Answers, Words};
 use crate::chains::sections::{self, Sections};
+use crate::pixels::Resolve;
 use crate::rebuild::{self, Growth, Rebuild, Step};
 use crate::table_cache;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Screen, Z_BITS};
 use pellucid_sim::ram::port;
-use pellucid_sim::{Block, Handshake, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct FixedArrays;
@@ -57,6 +61,8 @@ pub struct Shape {
     pub depth: u32,
     /// Counters lie outside, with so much of them on chip; else they lie there as a whole.
     pub cached: Option<cached_table::Cached>,
+    /// Pixels lie outside, too: they are asked for as their fragments are about to be.
+    pub pixels_ahead: bool,
 }
 
 /// Everything that the blocks need to know.
@@ -89,7 +95,7 @@ impl Config {
             depth: shape.depth,
             fixed: shape.most,
             cached: shape.cached,
-            pixels_ahead: false,
+            pixels_ahead: shape.pixels_ahead,
         };
         let arrays = config::Config::new(screen, arrays);
         let rebuild = rebuild::Config {
@@ -188,9 +194,12 @@ pub struct In {
     /// Transparent fragments in arrival order, then the end of the frame.
     #[with(cfg.arrays.screen)]
     pub fragment: Stream<Marked<PixelFragment>>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where pixels lie outside, once it is there and until it is taken.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
+    /// Pixels may be asked for, where they lie outside.
+    #[exists(cfg.arrays.shape.pixels_ahead)]
+    pub pixel_ready: bool,
     /// The receiver takes what is read back.
     pub arrived_ready: bool,
     /// The frame's last pixel is written.
@@ -228,52 +237,13 @@ pub struct Out {
     /// Reads a pixel's opaque depth.
     #[with(cfg.arrays.screen.pixel_bits())]
     pub depth_read: ReadPort,
+    /// What is asked and told of pixels that lie outside.
+    #[with(cfg.arrays.screen)]
+    #[exists(cfg.arrays.shape.pixels_ahead)]
+    pub resolve: Resolve,
     /// What can be seen.
     #[with(*cfg)]
     pub wires: Wires,
-}
-
-/// What can be seen of the arrays in a cycle: the streams between their blocks, and what these did.
-#[derive(Clone, Copy, Debug, Signals)]
-pub struct Wires {
-    /// Slots of every array.
-    #[width(cfg.arrays.layer_bits())]
-    pub length: u32,
-    /// Pixels with their fragments.
-    #[with(cfg.arrays)]
-    pub extent: Handshake<Marked<Extent>>,
-    /// Fragments that were read back.
-    #[with(cfg.arrays.screen.pixel_bits(), 0)]
-    pub arrived: Handshake<Marked<Arrived>>,
-    /// The port to what lies outside.
-    #[with(cfg.arrays.port())]
-    #[exists(cfg.arrays.port().exists())]
-    pub outside: outside::Wires,
-    /// What happened.
-    pub events: Events,
-}
-
-/// What happened in a cycle, one wire each.
-#[derive(Clone, Copy, Debug, Default, Signals)]
-pub struct Events {
-    /// A fragment was stored.
-    pub stored: bool,
-    /// It was stored in outside memory.
-    pub spilled: bool,
-    /// A fragment found no slot: the frame will be played again.
-    pub lacking: bool,
-    /// A fragment found no slot, and there will be none.
-    pub dropped: bool,
-    /// The frame is asked for again.
-    pub again: bool,
-    /// A fragment was read back.
-    pub read: bool,
-    /// It was read in a second pass or later.
-    pub read_again: bool,
-    /// A fragment that was read back is hidden.
-    pub culled_late: bool,
-    /// What the cache of counters did.
-    pub counters: Cached,
 }
 
 #[rtl(
@@ -372,6 +342,10 @@ impl Block for FixedArrays {
         };
         let rebuild = Rebuild::next(&cfg.rebuild, &q.rebuild, &mut d.rebuild, &mut (), to_rebuild);
 
+        let mut extent_ready = reader.ready;
+        if arrays.shape.pixels_ahead {
+            extent_ready &= i.pixel_ready;
+        }
         // What is complete is read back.
         let (walk, back) = if rebuild.begins || at.step == Step::Resolve {
             let to_walk = walk::In {
@@ -383,11 +357,13 @@ impl Block for FixedArrays {
                 counts,
                 sums: Read::<Sums>::default(),
                 ready: table_ready,
-                extent_ready: reader.ready,
+                extent_ready,
             };
             let walk = Walk::next(arrays, &q.walk, &mut d.walk, &mut (), to_walk);
+            let mut extent = walk.extent;
+            extent.valid &= extent_ready;
             let to_reader = reader::In {
-                extent: walk.extent,
+                extent,
                 word,
                 depth: i.depth,
                 arrived_ready: i.arrived_ready,
@@ -475,9 +451,10 @@ impl Block for FixedArrays {
         Out {
             ended: index.ended,
             depth_read: back.depth_read,
+            resolve: visited(walk.extent, extent_ready, back.depth_taken),
             wires: Wires {
                 length: at.limit,
-                extent: walk.extent.with(reader.ready),
+                extent: walk.extent.with(extent_ready),
                 arrived: reader.arrived.with(i.arrived_ready),
                 // What was asked for always finds room.
                 outside: outside::Wires {

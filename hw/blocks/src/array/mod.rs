@@ -41,7 +41,7 @@ use pellucid_sim::ram::port;
 use pellucid_sim::{Handshake, Memory, Read, Signals, Stream, rtl};
 use prefix_sum::{PrefixSum, Sums};
 use reader::Reader;
-use walk::{Extent, Walk};
+use walk::{Extent, Walk, visited};
 
 /// See the module's description.
 pub struct Arrays;
@@ -467,18 +467,10 @@ impl Block for Arrays {
                 Turns::next(&cfg.arbiter(), &q.turns, &mut d.turns, &mut m.turns, to_turns).request;
         }
 
-        let visits = walk.extent.valid && extent_ready && !walk.extent.payload.end;
         Out {
             ended: index.ended,
             summed: sum.done,
-            resolve: Resolve {
-                ask: Stream { valid: visits, payload: walk.extent.payload.item.pixel },
-                taken: true,
-                kept: true,
-                comes: false,
-                visible: false,
-                last: false,
-            },
+            resolve: visited(walk.extent, extent_ready, true),
             wires: Wires {
                 slots: sum.slots,
                 extent: walk.extent.with(extent_ready),

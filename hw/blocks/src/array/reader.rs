@@ -55,11 +55,15 @@ pub struct Pending {
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// Pixels that arrived.
-    #[with(EXTENTS)]
+    #[with(cfg.extents_ahead())]
     pub extents: fifo::State,
     /// The pixel at hand.
     #[with(*cfg)]
     pub extent: Stream<Extent>,
+    /// Its opaque depth.
+    #[width(Z_BITS)]
+    #[exists(cfg.depths_ahead())]
+    pub depth: u32,
     /// How many of its fragments were asked for in this pass.
     #[width(cfg.layer_bits())]
     pub at: u32,
@@ -81,7 +85,17 @@ pub struct State {
     pub arrived: fifo::State,
 }
 
-const EXTENTS: u32 = 2;
+impl Config {
+    /// Pixels that wait: as many as depths may have been asked for.
+    fn extents_ahead(&self) -> u32 {
+        if self.depths_ahead() { self.shape.reads_in_flight + 2 } else { 2 }
+    }
+    /// Whether opaque depths lie outside: a pixel waits until its own is there.
+    #[inline]
+    pub fn depths_ahead(&self) -> bool {
+        self.is_fixed() && self.shape.pixels_ahead
+    }
+}
 
 /// Inputs.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -92,7 +106,7 @@ pub struct In {
     /// The oldest fragment that was asked for and is not there yet, if it comes.
     #[with(cfg.fragments)]
     pub word: Read<Word>,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where depths lie outside, once it is there and until it is taken.
     #[with(Z_BITS)]
     #[exists(cfg.is_fixed())]
     pub depth: Read<u32>,
@@ -126,6 +140,9 @@ pub struct Out {
     #[with(cfg.screen.pixel_bits())]
     #[exists(cfg.is_fixed())]
     pub depth_read: ReadPort,
+    /// The depth at hand is done with.
+    #[exists(cfg.depths_ahead())]
+    pub depth_taken: bool,
     /// A fragment came back that the opaque depth hides (told in the first pass).
     #[exists(cfg.is_fixed())]
     pub culled: bool,
@@ -148,7 +165,7 @@ type Arrivals = Fifo<Marked<Arrived>>;
 
 #[inline(always)]
 fn extents(cfg: &Config) -> fifo::Config<Config> {
-    fifo::Config { depth: EXTENTS, item: *cfg }
+    fifo::Config { depth: cfg.extents_ahead(), item: *cfg }
 }
 #[inline(always)]
 fn pendings(cfg: &Config) -> fifo::Config<Config> {
@@ -162,7 +179,8 @@ fn arrivals(cfg: &Config) -> fifo::Config<(u32, u32)> {
 #[rtl(
     check(Reader, crate::test_util::arrays(4, true)),
     check(Reader, crate::test_util::arrays(1, false)),
-    check(Reader, crate::test_util::fixed().arrays)
+    check(Reader, crate::test_util::fixed().arrays),
+    check(Reader, crate::test_util::fixed_ahead().arrays)
 )]
 impl Block for Reader {
     type Config = Config;
@@ -176,6 +194,7 @@ impl Block for Reader {
         State {
             extents: Extents::reset(&extents(cfg)),
             extent: Stream::idle(),
+            depth: 0,
             at: 0,
             left: 0,
             settles: false,
@@ -239,7 +258,7 @@ impl Block for Reader {
             let last = q.at + 1 == extent.count;
             let last_pass = q.left <= cfg.shape.depth;
             let again = q.left != extent.count;
-            let depth = i.depth.data;
+            let depth = if cfg.depths_ahead() { q.depth } else { i.depth.data };
             o.read = Stream::offer(Place { section, slot: 0 });
             o.read_again = again;
             let pixel = extent.pixel;
@@ -271,12 +290,16 @@ impl Block for Reader {
         let front = Extents::moore(&extents(cfg), &q.extents, &m.extents).front;
         let Marked { end, item: next } = front.payload;
         let mut pop = false;
+        let there = !cfg.depths_ahead() || i.depth.valid;
         if begin {
-            d.extent = Stream { valid: front.valid && !end, payload: next };
+            d.extent = Stream { valid: front.valid && !end && there, payload: next };
             d.at = 0;
             d.left = next.count;
-            pop = front.valid && !end;
-            if cfg.is_fixed() && pop {
+            pop = front.valid && !end && there;
+            if cfg.depths_ahead() {
+                d.depth = i.depth.data;
+                o.depth_taken = pop;
+            } else if cfg.is_fixed() && pop {
                 o.depth_read.read(next.pixel);
             }
             if front.valid && end && !q.extent.valid && pending.count == 0 {

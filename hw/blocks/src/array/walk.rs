@@ -18,6 +18,7 @@
 use super::config::{Band, Config};
 use super::counters::Counts;
 use super::prefix_sum::Sums;
+use crate::pixels::Resolve;
 use pellucid_machine::pixel::Marked;
 use pellucid_sim::Block;
 use pellucid_sim::{Read, ReadPort, Signals, Stream, WritePort, bits_for, rtl};
@@ -37,6 +38,21 @@ pub struct Extent {
     /// How many there are.
     #[width(cfg.layer_bits())]
     pub count: u32,
+}
+
+/// What is asked and told of pixels that lie outside: each is asked for as it goes to the reader, and its fragments arrive.
+#[inline(always)]
+#[rtl]
+pub fn visited(extent: Stream<Marked<Extent>>, ready: bool, taken: bool) -> Resolve {
+    let Marked { end, item } = extent.payload;
+    Resolve {
+        ask: Stream { valid: extent.valid && ready && !end, payload: item.pixel },
+        taken,
+        kept: true,
+        comes: false,
+        visible: false,
+        last: false,
+    }
 }
 
 /// What it is at.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::cache::test_util::{Events, Reference};
 use crate::test_util::{Behind, Pattern, Source, at_first, pattern, word};
+use pellucid_machine::outside;
 use pellucid_sim::stream::valid_ignores_ready;
 use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
