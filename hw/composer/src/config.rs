@@ -3,6 +3,7 @@
 use super::distributor::MOST_LOAD;
 use super::scan_line::bucket_sort;
 use super::{Config, distributor, merger, object_engine, raster, scan_line, scan_lines, store};
+use pellucid_blocks::cached_table::Place;
 use pellucid_blocks::{sorter, walker};
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
@@ -182,13 +183,24 @@ pub fn scan_lines(
 /// same screen, and its parameters are those of `part`.
 ///
 /// # Errors
-/// If the local frame buffers are larger than a simulation can hold.
+/// If the local frame buffers are larger than a simulation can hold, or the store's own lies outside.
 pub fn store<C>(
     screen: Screen,
     params: &Params,
     store: C,
     part: &'static str,
 ) -> Result<Config<store::Config<C>>, ParamError> {
+    let framebuffer = match part {
+        "tbuffer" => params.tbuffer.framebuffer,
+        "mbuffer" => params.mbuffer.framebuffer,
+        _ => Place::OnChip,
+    };
+    if framebuffer == Place::Cached {
+        return Err(ParamError::Together(format!(
+            "`{part}.framebuffer=cached` does not go with `transparency={part}`: expected `{part}.framebuffer=on_chip`, \
+             as the merger waits for no pixel of the opaque image"
+        )));
+    }
     let walker = walker(screen, params);
     Config::new(
         screen,
@@ -200,6 +212,7 @@ pub fn store<C>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use pellucid_machine::params::Parameters;
 
     fn refused(screen: (u32, u32), params: Params) -> String {
         let screen = Screen { width: screen.0, height: screen.1, background: 0 };
@@ -220,5 +233,22 @@ mod tests {
         );
         let screen = Screen { width: 64, height: 48, background: 0 };
         assert!(scan_lines(screen, &Params { scan_line_engines: 48, ..Params::default() }).is_ok());
+    }
+
+    #[test]
+    fn a_store_behind_the_merger_has_its_frame_buffer_on_chip() {
+        let screen = Screen { width: 64, height: 48, background: 0 };
+        for part in ["tbuffer", "mbuffer"] {
+            let mut params = Params::default();
+            assert!(store(screen, &params, (), part).is_ok());
+            params.set(&format!("{part}.framebuffer"), "cached").unwrap();
+            assert_eq!(
+                store(screen, &params, (), part).err().unwrap().to_string(),
+                format!(
+                    "`{part}.framebuffer=cached` does not go with `transparency={part}`: expected \
+                     `{part}.framebuffer=on_chip`, as the merger waits for no pixel of the opaque image"
+                )
+            );
+        }
     }
 }
