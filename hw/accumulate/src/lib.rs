@@ -184,10 +184,13 @@ impl Block for Accumulate {
             to_accumulator,
         );
 
-        let mut outside = tbuffer.outside;
+        let mut outside = tbuffer.chains.outside;
+        if cfg.tbuffer.front.outside() {
+            outside = tbuffer.outside;
+        }
         let mut request = accumulator.request;
         if cfg.shares() {
-            let of_tbuffer = tbuffer.outside.request;
+            let of_tbuffer = outside.request;
             let of_tbuffer = Stream { valid: of_tbuffer.valid, payload: of_tbuffer.payload };
             let to_turns = arbiter::In {
                 request: [of_tbuffer, request, Stream::idle(), Stream::idle()],

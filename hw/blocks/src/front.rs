@@ -300,12 +300,14 @@ impl Block for Front {
         let storing = matches!(sequencer.phase, Phase::Store) || offered;
 
         // What is drawn, and what is shown before that.
-        let (ready, busy, cleared) = if cfg.outside() {
+        let (ready, busy, cleared, depth) = if cfg.outside() {
             let seen = Pixels::moore(&cfg.pixels(), &q.pixels, &m.pixels);
-            (seen.ready, seen.busy || !seen.drained, i.cleared && seen.clear_ready)
+            let cleared = i.cleared && seen.clear_ready;
+            (seen.ready, seen.busy || !seen.drained, cleared, seen.depth)
         } else {
             let ready = DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test).ready;
-            (ready, Display::moore(&cfg.screen, &q.display, &m.display).busy, i.cleared)
+            let display = Display::moore(&cfg.screen, &q.display, &m.display);
+            (ready, display.busy, i.cleared, display.depth)
         };
         let to_sequencer = sequencer::In {
             comes: offered && ready,
@@ -349,11 +351,8 @@ impl Block for Front {
         } else {
             let mut test = depth_test::Out::default();
             if storing {
-                let to_depth_test = depth_test::In {
-                    fragment,
-                    depth: Display::moore(&cfg.screen, &q.display, &m.display).depth,
-                    passed_ready: i.passed_ready,
-                };
+                let to_depth_test =
+                    depth_test::In { fragment, depth, passed_ready: i.passed_ready };
                 test = DepthTest::next(
                     &cfg.screen,
                     &q.depth_test,

@@ -59,7 +59,7 @@ parameters! {
         sorter_depth: u32 = 16, "fragments", 1..=sorter::MAX_DEPTH as u32;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve, and fragments that wait for their counters with counters=cached.
+        /// Fragment reads under way at once during resolve, and fragments that wait for their counters with counters=cached; with framebuffer=cached also pixels that are read ahead.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
         /// Where counters and sums lie: on chip, or in outside memory with a cache on chip for each.
         counters: Place = Place::OnChip, "", ();

@@ -40,7 +40,7 @@ parameters! {
         scan: Scan = Scan::Bitmap, "", ();
         /// Which allocator hands out the further sections.
         allocator: AllocatorKind = AllocatorKind::Fifo, "", ();
-        /// Fragment reads under way at once, fragments that are weighed at once (weights=memory), and pixels that wait for their SSA entry with ssa=cached.
+        /// Fragment reads under way at once, fragments that are weighed at once (weights=memory), and pixels that wait for their SSA entry with ssa=cached; with framebuffer=cached also pixels that are read ahead.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
         /// Where the SSA table lies: on chip, or in outside memory with a cache on chip.
         ssa: Place = Place::OnChip, "", ();

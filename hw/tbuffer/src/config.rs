@@ -38,7 +38,7 @@ parameters! {
         outside_sections: u32 = 1_048_576, "sections", 0..=1 << 28;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Fragment reads under way at once during resolve, and pixels that wait for their SSA entry with ssa=cached.
+        /// Fragment reads under way at once during resolve, and pixels that wait for their SSA entry with ssa=cached; with framebuffer=cached also pixels that are read ahead.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
         /// Where the SSA table lies: on chip, or in outside memory with a cache on chip.
         ssa: Place = Place::OnChip, "", ();
