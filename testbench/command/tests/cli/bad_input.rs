@@ -6,7 +6,8 @@ use super::*;
 fn names_and_values_are_checked() {
     let folder = folder();
     let known = "`sections`, `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
-                 `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`";
+                 `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`, \
+                 `framebuffer`, `framebuffer_sets`, `framebuffer_ways`, `framebuffer_line`";
     let window = "expected `FROM..TO` with FROM below TO, a phase as `store` or `resolve`, `all`, `stall:N` \
                   with N from 1 to 10000, or `event:NAME`";
     let cases: &[(&[&str], String)] = &[
@@ -107,7 +108,8 @@ fn configuration_files_are_checked() {
             "[store]\nsections = 5\n",
             "key `store.sections`: unknown parameter `store.sections` (did you mean `sections`?); known are \
              `sections`, `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
-             `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`",
+             `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`, \
+             `framebuffer`, `framebuffer_sets`, `framebuffer_ways`, `framebuffer_line`",
         ),
         (
             "sections = -1\n",
@@ -117,7 +119,8 @@ fn configuration_files_are_checked() {
             "scna = \"bitmap\"\n",
             "key `scna`: unknown parameter `scna` (did you mean `scan`?); known are `sections`, \
              `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, `outside_sections`, \
-             `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`",
+             `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`, \
+             `framebuffer`, `framebuffer_sets`, `framebuffer_ways`, `framebuffer_line`",
         ),
     ];
     for (text, message) in cases {

@@ -326,7 +326,8 @@ fn bad_machines_and_scenes_are_refused() {
             "tbuffer:paper,scna=bitmap",
             "unknown parameter `scna` (did you mean `scan`?); known are `sections`, \
              `section_capacity`, `append`, `scan`, `allocator`, `sorter_depth`, \
-             `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`",
+             `outside_sections`, `outside_latency`, `reads_in_flight`, `ssa`, `ssa_sets`, `ssa_ways`, `ssa_line`, \
+             `framebuffer`, `framebuffer_sets`, `framebuffer_ways`, `framebuffer_line`",
         ),
         (
             "tbuffer,sections=16777216,section_capacity=16",

@@ -387,7 +387,9 @@ fn the_help_names_the_events_and_how_long_a_stall_can_be() {
     let composers = stores.iter().map(|store| vec!["--arch", "composer", "-p", store]);
     let machines = ["tbuffer", "rbuffer", "mbuffer", "dfb", "b3d", "ppll", "fbuffer", "accumulate"]
         .map(|arch| vec!["--arch", arch]);
-    for machine in machines.into_iter().chain(composers) {
+    // A frame buffer outside has events of its own.
+    let outside = [vec!["-p", "framebuffer=cached"]];
+    for machine in machines.into_iter().chain(composers).chain(outside) {
         let output = run(folder.path(), &[&machine[..], &["--wave", "event:?"]].concat());
         let said = stderr(&output);
         let (_, events) = said.trim_end().split_once("there are ").unwrap();
