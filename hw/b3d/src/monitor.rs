@@ -136,7 +136,7 @@ impl Machine for B3d {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| false, counters::clear_alone(&cfg.arrays.arrays, &mut m.arrays.counters, clear)
+        |cfg, q, d, m, clear| cfg.front.outside(), counters::clear_alone(&cfg.arrays.arrays, &mut m.arrays.counters, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {

@@ -177,6 +177,7 @@ fn config(pixels: u32, lanes: u32, count_bits: u32, slots: u32) -> Config {
         depth: 1,
         fixed: 0,
         cached: None,
+        pixels_ahead: false,
     };
     Config::new(screen, shape)
 }

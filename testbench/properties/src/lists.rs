@@ -357,6 +357,7 @@ impl<L: Lists> Reference for Model<L> {
         };
         self.told_of = (fragment, step.ready);
         Some(In {
+            depth_ready: true,
             storing: self.phase == Phase::Store,
             resolving: matches!(self.phase, Phase::Begin | Phase::Resolve | Phase::Write),
             start: self.phase == Phase::Begin,

@@ -237,6 +237,7 @@ fn config(pixels: u32, lanes: u32, [down, sweeps, bands]: [bool; 3], slots: u32)
         depth: 1,
         fixed: 0,
         cached: None,
+        pixels_ahead: false,
     };
     Config::new(screen, shape)
 }

@@ -72,6 +72,7 @@ fn config(pixels: u32, pages: u32, capacity: u32, depth: u32, bitmap: bool) -> C
         weight_bits: 0,
         allocator: AllocatorKind::Bump,
         ssa: None,
+        depth_ahead: false,
     };
     Config::new(screen, shape)
 }
