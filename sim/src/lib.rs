@@ -79,7 +79,9 @@ pub use block::{Block, Sim};
 pub use fifo::Fifo;
 pub use figures::{Figure, Figures};
 pub use label::Label;
-pub use memory::{Fault, FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo, join};
+pub use memory::{
+    Fault, FaultKind, Memory, Optional, Ports, ReadDuringWrite, Storage, StorageInfo, join,
+};
 pub use netlist::Netlist;
 pub use panics::panic_text;
 pub use pellucid_sim_derive::{Memory, Registers, Signals, rtl};

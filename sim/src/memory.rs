@@ -7,6 +7,7 @@
 use crate::signals::Declare;
 use std::collections::TryReserveError;
 use std::fmt;
+use std::ops::{Deref, DerefMut};
 
 /// A memory, or a struct of them.
 pub trait Memory {
@@ -47,6 +48,54 @@ impl<M: Memory> Memory for Vec<M> {
     }
     fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
         self.iter_mut().for_each(|memory| memory.each(to));
+    }
+}
+
+/// The memories of a child that does not exist in every configuration: where it does not they have no words, and are not
+/// clocked.
+pub struct Optional<M> {
+    exists: bool,
+    memories: M,
+}
+
+impl<M: Memory> Optional<M> {
+    /// These memories, of a child that exists or does not.
+    pub fn new(mut memories: M, exists: bool) -> Optional<M> {
+        if !exists {
+            memories.each(&mut |memory| memory.leave_out());
+        }
+        Optional { exists, memories }
+    }
+}
+
+impl<M> Deref for Optional<M> {
+    type Target = M;
+    #[inline(always)]
+    fn deref(&self) -> &M {
+        &self.memories
+    }
+}
+
+impl<M> DerefMut for Optional<M> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut M {
+        &mut self.memories
+    }
+}
+
+impl<M: Memory> Memory for Optional<M> {
+    #[inline(always)]
+    fn clock(&mut self) -> bool {
+        self.exists && self.memories.clock()
+    }
+    fn reset(&mut self) {
+        self.memories.reset();
+    }
+    fn visit(&mut self, path: &str, to: &mut dyn FnMut(&str, &mut dyn Storage)) {
+        self.memories.visit(path, to);
+    }
+    fn each(&mut self, to: &mut dyn FnMut(&mut dyn Storage)) {
+        self.memories.each(to);
     }
 }
 

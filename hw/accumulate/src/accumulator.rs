@@ -17,7 +17,7 @@ use crate::sums::{self, Sums};
 use crate::tree::{self, MOST_LEVELS, Tree};
 use pellucid_machine::outside::{self, Request};
 use pellucid_machine::pixel::COLOUR_BITS;
-use pellucid_sim::{Block, Fifo, Memory, Registers, Signals, Stream, fifo, rtl};
+use pellucid_sim::{Block, Fifo, Memory, Optional, Registers, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct Accumulator;
@@ -142,15 +142,15 @@ pub struct Mem {
     /// See [`tree`].
     #[block(Tree, cfg.tree)]
     #[exists(cfg.has_tree())]
-    pub tree: tree::Mem,
+    pub tree: Optional<tree::Mem>,
     /// See [`sums`].
     #[block(Sums, cfg.sums)]
     #[exists(cfg.has_sums())]
-    pub sums: sums::Mem,
+    pub sums: Optional<sums::Mem>,
     /// See [`planes`].
     #[block(Planes, *cfg)]
     #[exists(cfg.outside())]
-    pub planes: planes::Mem,
+    pub planes: Optional<planes::Mem>,
     /// Pixels of the image.
     #[block(Fifo<u32>, cfg.queue())]
     pub queue: <Fifo<u32> as Block>::Mem,

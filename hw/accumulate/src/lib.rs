@@ -34,7 +34,7 @@ use pellucid_blocks::arbiter::{self, Arbiter};
 use pellucid_blocks::front::{self, Phase};
 use pellucid_machine::pixel::COLOUR_BITS;
 use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
-use pellucid_sim::{Block, Handshake, Memory, Registers, Signals, Stream, rtl};
+use pellucid_sim::{Block, Handshake, Memory, Optional, Registers, Signals, Stream, rtl};
 use pellucid_tbuffer::TBuffer;
 
 /// The machine.
@@ -98,7 +98,7 @@ pub struct Mem {
     /// Whose words come.
     #[block(Arbiter, cfg.arbiter())]
     #[exists(cfg.shares())]
-    pub turns: arbiter::Mem,
+    pub turns: Optional<arbiter::Mem>,
     /// See [`pellucid_tbuffer`].
     #[block(TBuffer<Chosen>, cfg.tbuffer)]
     pub tbuffer: pellucid_tbuffer::Mem<Chosen>,

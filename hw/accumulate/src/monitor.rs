@@ -101,8 +101,8 @@ impl Machine for Accumulate {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
-        let tbuffer = TBuffer::<Chosen>::ports(&out.tbuffer);
+    fn ports(cfg: &Config, out: &Out) -> Ports {
+        let tbuffer = TBuffer::<Chosen>::ports(&cfg.tbuffer, &out.tbuffer);
         Ports { phase: out.phase as u8, image: out.image, outside: out.outside, ..tbuffer }
     }
 

@@ -34,7 +34,7 @@ use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, PhaseInfo, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, Optional, Signals, Stream, WritePort, rtl};
 
 /// The machine.
 #[derive(Clone, Copy, Debug)]
@@ -122,7 +122,7 @@ pub struct Mem {
     /// See [`shared_port`].
     #[block(SharedPort, cfg.port)]
     #[exists(cfg.front.outside())]
-    pub port: shared_port::Mem,
+    pub port: Optional<shared_port::Mem>,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -265,13 +265,11 @@ impl Block for B3d {
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
 
-        let mut outside = arrays.wires.outside;
+        let mut outside = outside::Wires::default();
         if cfg.front.outside() {
+            let asked = arrays.wires.outside.request;
             let to_port = shared_port::In {
-                fragments: Stream {
-                    valid: outside.request.valid,
-                    payload: outside.request.payload,
-                },
+                fragments: Stream { valid: asked.valid, payload: asked.payload },
                 pixels: done.request,
                 memory: i.outside,
             };

@@ -144,13 +144,13 @@ impl Machine for B3d {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
+    fn ports(cfg: &Config, out: &Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: out.outside,
+            outside: if cfg.front.outside() { out.outside } else { out.arrays.outside },
         }
     }
 

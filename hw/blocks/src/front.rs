@@ -31,7 +31,7 @@ use crate::shared_port;
 use pellucid_machine::Outside;
 use pellucid_machine::outside::{self, Request};
 use pellucid_machine::pixel::{COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS};
-use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Block, Memory, Optional, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
 pub struct Front;
@@ -124,15 +124,15 @@ pub struct Mem {
     /// See [`depth_test`].
     #[block(DepthTest, cfg.screen)]
     #[exists(!cfg.outside())]
-    pub depth_test: depth_test::Mem,
+    pub depth_test: Optional<depth_test::Mem>,
     /// See [`display`].
     #[block(Display, cfg.screen)]
     #[exists(!cfg.outside())]
-    pub display: display::Mem,
+    pub display: Optional<display::Mem>,
     /// See [`pixels`].
     #[block(Pixels, cfg.pixels())]
     #[exists(cfg.outside())]
-    pub pixels: pixels::Mem,
+    pub pixels: Optional<pixels::Mem>,
 }
 
 /// Inputs. The ports of the frame buffer are the machine's: while fragments come, for depth alone, and no other than the

@@ -11,7 +11,7 @@
 
 use crate::arbiter::{self, Arbiter, Policy};
 use pellucid_machine::outside::{self, Request};
-use pellucid_sim::{Block, Memory, Signals, Stream, rtl};
+use pellucid_sim::{Block, Memory, Optional, Signals, Stream, rtl};
 
 /// See the module's description.
 pub struct SharedPort;
@@ -80,7 +80,7 @@ pub struct Mem {
     /// Whose answers come.
     #[block(Turns, cfg.arbiter())]
     #[exists(cfg.shares())]
-    pub turns: arbiter::Mem,
+    pub turns: Optional<arbiter::Mem>,
 }
 
 /// Inputs.

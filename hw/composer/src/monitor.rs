@@ -88,13 +88,13 @@ impl<T: Transparency> Machine for Composer<T> {
     }
 
     #[inline(always)]
-    fn ports(out: &Self::Out) -> Ports {
+    fn ports(cfg: &Self::Config, out: &Self::Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.primitive.ready,
             image: out.image,
             replay: false,
-            outside: T::wires(&out.transparency),
+            outside: T::wires(&cfg.transparency, &out.transparency),
         }
     }
 

@@ -31,7 +31,7 @@ pub trait Transparency:
         None
     }
     /// That port's wires.
-    fn wires(_: &Self::Out) -> outside::Wires {
+    fn wires(_: &Self::Config, _: &Self::Out) -> outside::Wires {
         outside::Wires::default()
     }
     /// How large it must be for a frame: see [`Machine::room`](pellucid_machine::Machine::room).

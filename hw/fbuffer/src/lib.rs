@@ -45,7 +45,7 @@ use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
 use pellucid_machine::primitive::{Format, Primitive};
 use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn, outside};
-use pellucid_sim::{Block, Handshake, Memory, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Block, Handshake, Memory, Optional, Signals, Stream, WritePort, rtl};
 use plays::{Play, Plays};
 use shader::Shader;
 use sort::Sort;
@@ -167,19 +167,19 @@ pub struct Mem {
     /// See [`survivors`].
     #[block(Survivors, cfg.plays.window)]
     #[exists(cfg.plays.window.compacts)]
-    pub survivors: survivors::Mem,
+    pub survivors: Optional<survivors::Mem>,
     /// See [`buffer`].
     #[block(Buffer, cfg.shader)]
     #[exists(cfg.stores() && !cfg.outside())]
-    pub buffer: buffer::Mem,
+    pub buffer: Optional<buffer::Mem>,
     /// See [`ahead`].
     #[block(Ahead, cfg.ahead)]
     #[exists(cfg.outside())]
-    pub ahead: ahead::Mem,
+    pub ahead: Optional<ahead::Mem>,
     /// See [`sort`].
     #[block(Sort, cfg.sort)]
     #[exists(cfg.plays.sorts)]
-    pub sort: sort::Mem,
+    pub sort: Optional<sort::Mem>,
     /// See [`front`].
     #[block(Front, front::Config::on_chip(cfg.walker.screen))]
     pub front: front::Mem,

@@ -105,7 +105,7 @@ impl Machine for FBuffer {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
+    fn ports(_: &Config, out: &Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.primitive.ready,

@@ -314,7 +314,7 @@ impl<M: Machine> Block for Board<M> {
     ) -> M::Out {
         let out = M::next(cfg, q, d, &mut m.machine, i);
         if let Some(memory) = &mut m.outside {
-            memory.port(M::ports(&out).outside);
+            memory.port(M::ports(cfg, &out).outside);
         }
         out
     }

@@ -185,7 +185,7 @@ impl<M: Machine> Clocked<M> {
         let observed = self.monitor.observe(cycle.cfg, cycle.q, &cycle.out);
         let fits =
             if cfg!(debug_assertions) { Signals::check(&cycle.out, cycle.cfg) } else { Ok(()) };
-        let ports = M::ports(&cycle.out);
+        let ports = M::ports(cycle.cfg, &cycle.out);
         let phase = ports.phase;
         if phase != self.phase {
             self.phase = phase;
@@ -260,7 +260,7 @@ impl<M: Machine> Clocked<M> {
         if let Err(violation) = monitor.observe(sim.config(), sim.edge().0, out) {
             return Some(Err(Box::new(violation.into())));
         }
-        let ports = M::ports(out);
+        let ports = M::ports(sim.config(), out);
         Some(self.after(at, item, &ports))
     }
 

@@ -72,7 +72,7 @@ pub trait Machine:
         None
     }
     /// What the outside sees.
-    fn ports(out: &Self::Out) -> Ports;
+    fn ports(cfg: &Self::Config, out: &Self::Out) -> Ports;
     /// How large it must be so that nothing is dropped of a frame; nothing if what it holds is no question of the frame, or of a
     /// parameter.
     fn room(_: &Self::Config, _: &Census) -> Option<Room> {

@@ -37,7 +37,7 @@ use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream, WritePort, rtl};
+use pellucid_sim::{Handshake, Memory, Optional, Signals, Stream, WritePort, rtl};
 use std::marker::PhantomData;
 use sum::{Sum, Term, plus};
 
@@ -84,7 +84,7 @@ pub struct Mem<A: Allocator> {
     /// See [`shared_port`].
     #[block(SharedPort, cfg.port)]
     #[exists(cfg.front.outside())]
-    pub port: shared_port::Mem,
+    pub port: Optional<shared_port::Mem>,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -235,13 +235,11 @@ impl<A: Allocator> Block for MBuffer<A> {
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
 
-        let mut outside = chains.wires.outside;
+        let mut outside = outside::Wires::default();
         if cfg.front.outside() {
+            let asked = chains.wires.outside.request;
             let to_port = shared_port::In {
-                fragments: Stream {
-                    valid: outside.request.valid,
-                    payload: outside.request.payload,
-                },
+                fragments: Stream { valid: asked.valid, payload: asked.payload },
                 pixels: done.request,
                 memory: i.outside,
             };

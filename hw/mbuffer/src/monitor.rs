@@ -99,13 +99,13 @@ impl<A: Allocator> Machine for MBuffer<A> {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
+    fn ports(cfg: &Config, out: &Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.fragment.ready,
             image: out.image,
             replay: false,
-            outside: out.outside,
+            outside: if cfg.front.outside() { out.outside } else { out.chains.outside },
         }
     }
 

@@ -131,13 +131,13 @@ impl Machine for Ppll {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
+    fn ports(cfg: &Config, out: &Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.fragment.ready,
             image: out.image,
             replay: out.replay,
-            outside: out.outside,
+            outside: if cfg.front.outside() { out.outside } else { out.chains.outside },
         }
     }
 

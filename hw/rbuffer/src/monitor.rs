@@ -113,7 +113,7 @@ impl Machine for RBuffer {
     }
 
     #[inline(always)]
-    fn ports(out: &Out) -> Ports {
+    fn ports(_: &Config, out: &Out) -> Ports {
         Ports {
             phase: out.phase as u8,
             item_ready: out.fragment.ready,

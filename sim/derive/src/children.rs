@@ -57,13 +57,7 @@ pub fn maker(
                 match exists {
                     Some(exists) if make == "memories" => {
                         let exists: Expr = exists.parse_args()?;
-                        quote!({
-                            let mut made = #made;
-                            if !(#exists) {
-                                ::pellucid_sim::Memory::each(&mut made, &mut |memory| memory.leave_out());
-                            }
-                            made
-                        })
+                        quote!(::pellucid_sim::Optional::new(#made, #exists))
                     }
                     _ => made,
                 }

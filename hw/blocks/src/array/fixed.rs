@@ -39,7 +39,7 @@ use crate::table_cache;
 use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Screen, Z_BITS};
 use pellucid_sim::ram::port;
-use pellucid_sim::{Block, Memory, Read, ReadPort, Signals, Stream, bits_for, rtl};
+use pellucid_sim::{Block, Memory, Optional, Read, ReadPort, Signals, Stream, bits_for, rtl};
 
 /// See the module's description.
 pub struct FixedArrays;
@@ -164,7 +164,7 @@ pub struct Mem {
     /// See [`list`].
     #[block(WordList, cfg.arrays)]
     #[exists(cfg.arrays.lists())]
-    pub list: list::Mem,
+    pub list: Optional<list::Mem>,
     /// See [`reader`].
     #[block(Reader, cfg.arrays)]
     pub reader: reader::Mem,
@@ -177,11 +177,11 @@ pub struct Mem {
     /// The counters, where they lie outside.
     #[block(CounterTable, cfg.arrays.counter_table())]
     #[exists(cfg.arrays.caches())]
-    pub counter_table: cached_table::Mem,
+    pub counter_table: Optional<cached_table::Mem>,
     /// Counters and slots take turns at the port.
     #[block(Turns, cfg.arrays.arbiter())]
     #[exists(cfg.arrays.shares())]
-    pub turns: arbiter::Mem,
+    pub turns: Optional<arbiter::Mem>,
 }
 
 /// Inputs.

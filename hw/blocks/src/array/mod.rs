@@ -38,7 +38,7 @@ use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment};
 use pellucid_sim::Block;
 use pellucid_sim::ram::port;
-use pellucid_sim::{Handshake, Memory, Read, Signals, Stream, rtl};
+use pellucid_sim::{Handshake, Memory, Optional, Read, Signals, Stream, rtl};
 use prefix_sum::{PrefixSum, Sums};
 use reader::Reader;
 use walk::{Extent, Walk, visited};
@@ -114,15 +114,15 @@ pub struct Mem {
     /// The counters, where they lie outside.
     #[block(CounterTable, cfg.counter_table())]
     #[exists(cfg.caches())]
-    pub counter_table: cached_table::Mem,
+    pub counter_table: Optional<cached_table::Mem>,
     /// The sums, where they lie outside.
     #[block(SumTable, cfg.sum_table())]
     #[exists(cfg.caches_sums())]
-    pub sum_table: cached_table::Mem,
+    pub sum_table: Optional<cached_table::Mem>,
     /// Counters, sums and slots take turns at the port.
     #[block(Turns, cfg.arbiter())]
     #[exists(cfg.shares())]
-    pub turns: arbiter::Mem,
+    pub turns: Optional<arbiter::Mem>,
 }
 
 /// Inputs.

@@ -53,7 +53,7 @@ use pellucid_machine::outside;
 use pellucid_machine::pixel::{Arrived, Marked, PixelFragment, Z_BITS};
 use pellucid_sim::Block;
 use pellucid_sim::ram::port;
-use pellucid_sim::{Memory, Read, ReadPort, Signals, Stream, rtl};
+use pellucid_sim::{Memory, Optional, Read, ReadPort, Signals, Stream, rtl};
 use pool::Pool;
 use read_back::ReadBack;
 use sections::Sections;
@@ -119,11 +119,11 @@ pub struct Mem<A: Allocator> {
     /// The SSA table, where it lies outside.
     #[block(SsaOutside, cfg.ssa_table())]
     #[exists(cfg.caches_ssa())]
-    pub ssa_cache: cached_table::Mem,
+    pub ssa_cache: Optional<cached_table::Mem>,
     /// Whose answers come.
     #[block(Turns, cfg.arbiter())]
     #[exists(cfg.shares())]
-    pub turns: arbiter::Mem,
+    pub turns: Optional<arbiter::Mem>,
     /// See [`nsa`].
     #[block(Nsa, *cfg)]
     pub nsa: nsa::Mem,
@@ -136,14 +136,14 @@ pub struct Mem<A: Allocator> {
     /// See [`pool`].
     #[block(Pool<A>, *cfg)]
     #[exists(!cfg.counts_out())]
-    pub pool: pool::Mem<A>,
+    pub pool: Optional<pool::Mem<A>>,
     /// See [`occupancy`].
     #[block(Occupancy, *cfg)]
     pub occupancy: occupancy::Mem,
     /// See [`under_way`].
     #[block(UnderWay, *cfg)]
     #[exists(cfg.weighs())]
-    pub under_way: under_way::Mem,
+    pub under_way: Optional<under_way::Mem>,
     /// See [`store`].
     #[block(Store, *cfg)]
     pub store: store::Mem,

@@ -22,7 +22,7 @@ use super::scan::{self, Scan};
 use super::tables::{NsaEntry, Place, SsaEntry, Word};
 use pellucid_machine::pixel::{Arrived, Marked, Z_BITS};
 use pellucid_sim::{
-    Block, Handshake, Memory, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
+    Block, Handshake, Memory, Optional, Port, Read, ReadPort, Signals, Stream, WritePort, rtl,
 };
 
 /// See the module's description.
@@ -62,7 +62,7 @@ pub struct Mem {
     /// See [`release`].
     #[block(ReleaseQueue, cfg.release)]
     #[exists(!cfg.counts_out())]
-    pub release: release::Mem,
+    pub release: Optional<release::Mem>,
 }
 
 /// Inputs.

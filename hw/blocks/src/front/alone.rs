@@ -30,8 +30,8 @@ pub fn alone(
     if comes && d.sequencer.phase != Phase::Clear {
         return None;
     }
-    *q = *d;
     let cfg = &Config::on_chip(*cfg);
+    q.follow(cfg, d);
     let seen = Front::moore(cfg, q, m);
     Front::next(cfg, q, d, m, In { image_ready, cleared: true, ..In::default() });
     debug_assert!(d.check(cfg).is_ok(), "a register of the front overflows");

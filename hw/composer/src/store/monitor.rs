@@ -53,8 +53,8 @@ impl<M: FragmentStore> Transparency for Store<M> {
     }
 
     #[inline(always)]
-    fn wires(out: &Out<M>) -> outside::Wires {
-        M::ports(&out.store).outside
+    fn wires(cfg: &Config<M::Config>, out: &Out<M>) -> outside::Wires {
+        M::ports(&cfg.store, &out.store).outside
     }
 
     fn room(cfg: &Config<M::Config>, frame: &Census) -> Option<Room> {

@@ -95,7 +95,7 @@ pub fn play(frame: &Frame, wave: Option<&Path>) -> Played {
         let fragment = items.peek().map_or(Stream::idle(), |item| Stream::offer(*item));
         let outside = sim.memories().outside();
         let cycle = sim.clock(FragmentIn { fragment, image_ready: true, outside }).unwrap();
-        let ports = Machine::ports(&cycle.out);
+        let ports = Machine::ports(cycle.cfg, &cycle.out);
         if fragment.valid && ports.item_ready {
             items.next();
         }
