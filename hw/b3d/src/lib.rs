@@ -273,12 +273,7 @@ impl Block for B3d {
                 pixels: done.request,
                 memory: i.outside,
             };
-            let request = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
-            // What was asked for always finds room.
-            outside = outside::Wires {
-                request: request.with(i.outside.ready),
-                response: i.outside.response.with(true),
-            };
+            outside = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
         }
 
         Out {

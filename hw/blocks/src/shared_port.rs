@@ -10,7 +10,7 @@
 //! is a memory of its own. An [`Arbiter`] is there where both are; else whoever is there has the port.
 
 use crate::arbiter::{self, Arbiter, Policy};
-use pellucid_machine::outside::{self, Request};
+use pellucid_machine::outside::{self, Request, Wires};
 use pellucid_sim::{Block, Memory, Optional, Signals, Stream, rtl};
 
 /// See the module's description.
@@ -145,7 +145,7 @@ impl Block for SharedPort {
     type State = State;
     type In = In;
     type Moore = Moore;
-    type Out = Stream<Request>;
+    type Out = Wires;
     type Mem = Mem;
 
     #[inline(always)]
@@ -158,7 +158,7 @@ impl Block for SharedPort {
     }
 
     #[inline(always)]
-    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Stream<Request> {
+    fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Wires {
         let mut request = i.fragments;
         if cfg.shares() {
             let to_turns = arbiter::In {
@@ -170,7 +170,8 @@ impl Block for SharedPort {
         } else if cfg.pixels.exists() {
             request = i.pixels;
         }
-        request
+        // What was asked for always finds room.
+        Wires { request: request.with(i.memory.ready), response: i.memory.response.with(true) }
     }
 }
 
