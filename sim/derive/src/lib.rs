@@ -52,7 +52,7 @@ pub fn registers(input: TokenStream) -> TokenStream {
 ///
 /// Where fields are children's, each is `#[block(CHILD, cfg.part)]`, then there is a function `new`, which `#[rtl]` makes
 /// the block's `memories`; `#[memory(Type)]` names the configuration (default: `Config`). Memories of a child with
-/// `#[exists(condition)]` have no words where that does not hold.
+/// `#[exists(condition)]`, which are `Optional`, have no words where that does not hold, and are not clocked.
 #[proc_macro_derive(Memory, attributes(memory, block, exists))]
 pub fn memory(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
