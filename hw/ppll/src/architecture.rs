@@ -24,7 +24,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[
             ("page", "3"),
             ("scan", "linear"),
-            ("pages", "3"),
+            ("pages", "12"),
             ("ssa", "cached"),
             ("ssa_sets", "2"),
             ("ssa_line", "4"),
@@ -32,7 +32,7 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("page", "4"), ("overflow", "drop"), ("pages", "400"), ("fragments", "1")],
         &[
             ("page", "2"),
-            ("pages", "3"),
+            ("pages", "100"),
             ("framebuffer", "cached"),
             ("framebuffer_sets", "2"),
             ("framebuffer_line", "4"),

@@ -151,7 +151,7 @@ fn verilator_agrees_over_a_large_frame() {
         // A frame is sent once for each band, or each pass of a window: a few of these are enough.
         let plays: Set = match arch.name {
             "dfb" => &[("fragments", "4000")],
-            "fbuffer" => &[("size", "128")],
+            "fbuffer" => &[("size", "1024")],
             _ => &[],
         };
         let machine = options(arch, &[arch.tight, arch.ways[0], plays]);

@@ -14,7 +14,7 @@ pub const CAMERA: &str = "0,0,3:0,0,0:40";
 const PIXEL: f64 = 0.121_323_4;
 
 /// Triangles of a frame that is played in an event-driven simulator.
-pub const FEW: u32 = 64;
+pub const FEW: u32 = 48;
 /// Of a frame by which every operator is judged.
 pub const MANY: u32 = 112;
 
