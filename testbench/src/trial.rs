@@ -16,6 +16,7 @@ use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::view::View;
 use crate::window::Window;
+use pellucid_machine::pixel::{Fragment, Screen};
 use pellucid_machine::{Census, Model};
 use std::sync::Arc;
 
@@ -26,6 +27,8 @@ pub struct Case {
     pub scene: String,
     /// Its frame.
     pub source: Arc<Source>,
+    /// The same in memory, where it is not too large: so it is made once for the golden model and all machines.
+    pub held: Option<Arc<Source>>,
     /// What machines must give.
     pub reference: Arc<Reference>,
     /// How many items they are sent: fragments or primitives.
@@ -121,10 +124,12 @@ impl Case {
                     let alike = machines.iter().zip(&views).filter(|(_, other)| *other == view);
                     let arithmetics = alike.map(|(machine, _)| machine.arithmetic());
                     let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
-                    let (reference, items) = judged(&source, view, golden, progress)?;
+                    let mut holding = Holding::of(view);
+                    let (reference, items) = judged(&source, view, golden, &mut holding, progress)?;
                     Case {
                         scene: scene.to_string(),
                         source: source.clone(),
+                        held: holding.held(source.screen()),
                         reference: Arc::new(reference),
                         items,
                         later: Arc::new([]),
@@ -160,7 +165,8 @@ impl Case {
                 return Ok(self.reference.clone());
             };
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
-            let (reference, _) = judged(&source, &view(machine, &source)?, golden, progress)?;
+            let view = view(machine, &source)?;
+            let (reference, _) = judged(&source, &view, golden, &mut Holding::default(), progress)?;
             Ok(Arc::new(reference))
         });
         let later = later.collect::<Result<_, CaseError>>()?;
@@ -229,8 +235,10 @@ impl Case {
     }
 
     fn job<'a>(&'a self, wave: Option<&'a WaveJob>, progress: &'a mut Progress) -> Job<'a> {
+        // What comes after it is known of the source alone.
+        let held = self.held.as_ref().filter(|_| self.frames() == 1);
         Job {
-            source: &self.source,
+            source: held.unwrap_or(&self.source),
             frames: self.frames(),
             warm_up: self.warm_up,
             most_cycles: self.most_cycles,
@@ -289,14 +297,58 @@ fn judged(
     source: &Source,
     view: &View,
     golden: Golden,
+    holding: &mut Holding,
     progress: &mut Progress,
 ) -> Result<(Reference, u64), CaseError> {
     golden.judge(|sink| {
-        view.play::<CaseError>(source, &mut |fragment| {
+        let items = view.play::<CaseError>(source, &mut |fragment| {
             progress.step();
+            holding.push(fragment);
             sink(fragment)
-        })
+        })?;
+        holding.full = true;
+        Ok(items)
     })
+}
+
+/// Fragments of a frame that are held, at most: a frame with more is made anew each time.
+const MOST_HELD: usize = 1 << 22;
+
+/// A frame that is held while it is played for the first time.
+struct Holding {
+    fragments: Vec<Fragment>,
+    /// No further ones are taken.
+    full: bool,
+}
+
+impl Holding {
+    /// Of a frame that machines see so: one that is seen as it comes, fragment by fragment.
+    fn of(view: &View) -> Holding {
+        Holding { fragments: vec![], full: !view.is_of_fragments() }
+    }
+
+    fn push(&mut self, fragment: Fragment) {
+        if self.full {
+            return;
+        }
+        if self.fragments.len() == MOST_HELD {
+            *self = Holding::default();
+        } else {
+            self.fragments.push(fragment);
+        }
+    }
+
+    fn held(self, screen: Screen) -> Option<Arc<Source>> {
+        let held = !self.fragments.is_empty();
+        held.then(|| Arc::new(Source::Fragments(screen, self.fragments)))
+    }
+}
+
+impl Default for Holding {
+    /// Of a frame that is not held.
+    fn default() -> Holding {
+        Holding { fragments: vec![], full: true }
+    }
 }
 
 #[cfg(test)]

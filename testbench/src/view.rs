@@ -35,6 +35,11 @@ impl View {
         Ok(View { kind, engines: Some(engines) })
     }
 
+    /// Whether it is of the frame's fragments in arrival order.
+    pub fn is_of_fragments(&self) -> bool {
+        self.kind == Kind::Fragments && self.engines.is_none()
+    }
+
     /// Sends the fragments of the frame; how many items they are of.
     ///
     /// # Errors

@@ -4,12 +4,8 @@ use super::{Case, CaseError, view};
 use crate::progress::Progress;
 use crate::source::Source;
 use crate::view::View;
-use pellucid_machine::pixel::Fragment;
-use pellucid_machine::{Arithmetic, Kind, Model};
+use pellucid_machine::{Arithmetic, Model};
 use std::sync::Arc;
-
-/// Fragments of a frame that are held, at most: of a frame with more each machine has them made anew.
-const MOST_HELD: u64 = 1 << 22;
 
 /// See the module's description.
 pub struct Cases {
@@ -17,14 +13,13 @@ pub struct Cases {
     source: Arc<Source>,
     frames: u32,
     known: Vec<(View, Arithmetic, Case)>,
-    held: Option<Arc<Source>>,
 }
 
 impl Cases {
     /// For so many frames of a scene, or more where a machine makes one image of several.
     pub fn new(scene: &str, source: Source, frames: u32) -> Cases {
         let (scene, source) = (scene.to_string(), Arc::new(source));
-        Cases { scene, source, frames, known: vec![], held: None }
+        Cases { scene, source, frames, known: vec![] }
     }
 
     /// The frame.
@@ -37,8 +32,7 @@ impl Cases {
         self.frames
     }
 
-    /// The case for a machine. Those of one view and arithmetic share what the golden model says, and machines that take
-    /// fragments those of a frame that is alone and not too large.
+    /// The case for a machine. Those of one view and arithmetic share it.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -54,19 +48,12 @@ impl Cases {
         if let Some((_, _, case)) = known.filter(|_| of_all) {
             return Ok(case.clone());
         }
-        let case = Case::of(&self.scene, self.source.clone(), machine, progress)?;
-        let mut case = case.with_frames(frames, machine, progress)?;
-        if machine.kind() == Kind::Fragments && frames == 1 && case.items <= MOST_HELD {
-            if self.held.is_none() {
-                let mut fragments: Vec<Fragment> = vec![];
-                self.source.play_fragments::<CaseError>(&mut |fragment| {
-                    fragments.push(fragment);
-                    Ok(())
-                })?;
-                self.held = Some(Arc::new(Source::Fragments(self.source.screen(), fragments)));
-            }
-            case.source = self.held.clone().unwrap_or(case.source);
+        let mut case = Case::of(&self.scene, self.source.clone(), machine, progress)?;
+        // Whatever the arithmetic, the frame is held once.
+        if let Some(held) = self.known.iter().find_map(|(_, _, case)| case.held.clone()) {
+            case.held = case.held.map(|_| held);
         }
+        let case = case.with_frames(frames, machine, progress)?;
         if of_all {
             self.known.push((view, arithmetic, case.clone()));
         }
