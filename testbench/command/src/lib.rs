@@ -216,7 +216,8 @@ impl ViewArgs {
     }
 }
 
-fn main() -> ExitCode {
+/// Does what the process's arguments ask for; its exit status.
+pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(mut error) => {
