@@ -22,7 +22,6 @@ pub use port::{Port, ReadPort, WritePort};
 
 use crate::memory::{FaultKind, Memory, Ports, ReadDuringWrite, Storage, StorageInfo};
 use crate::signals::{Declare, Signals, width_of};
-use bitvec::vec::BitVec;
 use cells::Cells;
 use pellucid_sim_derive::Signals;
 use std::collections::TryReserveError;
@@ -52,7 +51,7 @@ struct Words<T: Signals> {
     /// The most words of use that it was told of, if it was told of any.
     peak: Option<u32>,
     /// Which words were ever written; kept in debug builds only.
-    written: BitVec,
+    written: Vec<bool>,
     fault: Option<FaultKind>,
     /// Data on its way: entry `k` of a ring of `latency - 1`.
     line: Vec<Read<T>>,
@@ -77,7 +76,7 @@ impl<T: Signals + Default> Words<T> {
             reads: 0,
             writes: 0,
             peak: None,
-            written: BitVec::repeat(false, known),
+            written: vec![false; known],
             fault: None,
             line: vec![Read::default(); latency as usize - 1],
             line_at: 0,
@@ -131,7 +130,8 @@ impl<T: Signals + Default> Words<T> {
     #[inline(always)]
     fn load(&mut self, addr: u32) -> T {
         self.reads += 1;
-        if cfg!(debug_assertions) && !self.written.get(addr as usize).is_none_or(|w| *w) {
+        if cfg!(debug_assertions) && !self.written.get(addr as usize).is_none_or(|written| *written)
+        {
             self.fail(FaultKind::Unwritten(addr));
         }
         match self.words.get(&self.item, addr) {
@@ -154,8 +154,10 @@ impl<T: Signals + Default> Words<T> {
         if !self.words.set(&self.item, addr, data) {
             self.grow(addr, data);
         }
-        if cfg!(debug_assertions) && (addr as usize) < self.written.len() {
-            self.written.set(addr as usize, true);
+        if cfg!(debug_assertions)
+            && let Some(written) = self.written.get_mut(addr as usize)
+        {
+            *written = true;
         }
     }
 
