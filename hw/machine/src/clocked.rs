@@ -105,6 +105,8 @@ pub struct Clocked<M: Machine> {
     rest: Option<M::Out>,
     /// When it is looked next whether that is so.
     look_for_rest: u64,
+    /// Which signals of the registers are not within the front, once that is known.
+    elsewhere: Option<Vec<bool>>,
 }
 
 impl<M: Machine> Clocked<M> {
@@ -132,6 +134,7 @@ impl<M: Machine> Clocked<M> {
             input: M::Item::input(Stream::idle(), false, outside::In::default()),
             rest: None,
             look_for_rest: 0,
+            elsewhere: None,
         }
     }
 
@@ -264,22 +267,28 @@ impl<M: Machine> Clocked<M> {
         Some(self.after(at, item, &ports))
     }
 
-    /// Whether the last cycle has changed no register but the front's, and no memory but the front's has anything to do.
+    /// Whether the last cycle has changed no register but the front's, nothing is under way outside, and no memory of the machine but
+    /// the front's has anything to do.
     #[cold]
     fn rests(&mut self) -> bool {
         let Some(front) = M::FRONT.filter(|_| self.sim.memories().idle()) else { return false };
-        let (before, now) = self.sim.edge();
-        let cfg = self.sim.config();
-        let mut elsewhere = Elsewhere { front, path: String::new(), signals: vec![] };
-        <M::State as Registers>::declare(cfg, "", &mut elsewhere);
-        let mut values = [vec![], vec![]];
-        Registers::sample(before, cfg, &mut values[0]);
-        Registers::sample(now, cfg, &mut values[1]);
-        let mut pairs = values[0].iter().zip(&values[1]).zip(&elsewhere.signals);
-        let mut rests = pairs.all(|((before, now), elsewhere)| !elsewhere || before == now);
-        self.sim.memories().visit("", &mut |path, storage| {
-            rests &= is_within(path, front) || !storage.busy();
+        let Clocked { sim, elsewhere, .. } = self;
+        let elsewhere = elsewhere.get_or_insert_with(|| {
+            let mut to = Elsewhere { front, path: String::new(), signals: vec![] };
+            <M::State as Registers>::declare(sim.config(), "", &mut to);
+            to.signals
         });
+        let (before, now) = sim.edge();
+        let mut values = [vec![], vec![]];
+        Registers::sample(before, sim.config(), &mut values[0]);
+        Registers::sample(now, sim.config(), &mut values[1]);
+        let mut pairs = values[0].iter().zip(&values[1]).zip(&*elsewhere);
+        let mut rests = pairs.all(|((before, now), elsewhere)| !elsewhere || before == now);
+        if rests {
+            sim.memories().machine().visit("", &mut |path, storage| {
+                rests &= is_within(path, front) || !storage.busy();
+            });
+        }
         rests
     }
 
