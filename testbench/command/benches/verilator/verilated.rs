@@ -1,7 +1,9 @@
 //! The exported machine, built with Verilator and played by a process of its own.
 
 use crate::{Frame, Played};
+use pellucid_machine::Model;
 use pellucid_verilog::File;
+use pellucid_waveforms::FileFormat;
 use std::fmt::Write;
 use std::fs;
 use std::io::{BufRead, BufReader, Write as _};
@@ -15,30 +17,29 @@ const VERILATOR: &[&str] = &["-O3", "--x-assign", "fast", "--x-initial", "fast",
 /// What g++ does with code that runs every cycle; `OPT_SLOW` is left for code that runs once.
 const CXX: &str = "-O3 -march=native";
 
-/// Which signals a model can dump.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Trace {
-    /// None.
-    Off,
-    /// Those of the Rust simulation: the clock, every block's registers and the machine's outputs.
-    Same,
-    /// All.
-    All,
+/// A Verilator, and on how many threads its machines run.
+#[derive(Clone, Copy)]
+pub struct Tool<'a> {
+    /// The program, by name or path.
+    pub program: &'a str,
+    /// The threads, 1 or 2.
+    pub threads: u32,
 }
 
-impl Trace {
-    fn name(self) -> &'static str {
-        match self {
-            Trace::Off => "off",
-            Trace::Same => "same",
-            Trace::All => "all",
+impl Tool<'_> {
+    /// What makes the machine run on those threads. Verilator writes FST on a thread of its own only if told to.
+    fn flags(self, wave: Option<FileFormat>) -> &'static [&'static str] {
+        match (self.threads, wave) {
+            (1, _) => &[],
+            (_, Some(FileFormat::Fst)) => &["--trace-threads", "1"],
+            (_, None | Some(FileFormat::Vcd)) => &["--threads", "2"],
         }
     }
 }
 
-/// Verilator's first line about itself, if it is there.
-pub fn version() -> Option<String> {
-    let output = Command::new("verilator").arg("--version").output().ok()?;
+/// The first line that a Verilator says about itself, if it is there.
+pub fn version(program: &str) -> Option<String> {
+    let output = Command::new(program).arg("--version").output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
 }
 
@@ -47,7 +48,8 @@ pub fn flags() -> String {
     format!("{}, OPT_FAST=OPT_GLOBAL=\"{CXX}\"", VERILATOR.join(" "))
 }
 
-/// Orders to Verilator that leave only the signals of [`Trace::Same`]. The last module is the machine.
+/// Orders to Verilator that leave of the signals those of the Rust simulation: the clock, every block's registers and
+/// the machine's outputs. The last module is the machine.
 fn same_signals(modules: &[File]) -> String {
     let mut orders = "`verilator_config\n".to_string();
     for (k, File { name, text }) in modules.iter().enumerate() {
@@ -83,38 +85,43 @@ pub struct Verilated {
     process: Child,
     orders: ChildStdin,
     answers: BufReader<ChildStdout>,
-    /// From Verilog to C++.
-    pub translated: Duration,
-    /// From C++ to the program, on one core.
-    pub compiled: Duration,
+    /// What building took.
+    pub built: Duration,
 }
 
 impl Verilated {
-    /// Builds the machine, whose modules lie in `folder`, and starts it on `frame`.
-    pub fn build(folder: &Path, modules: &[File], trace: Trace, frame: &Frame) -> Verilated {
-        let built = folder.join(trace.name());
+    /// Builds the machine below `folder`, in which its modules lie, and starts it on `frame`. `wave` says which
+    /// waveform it writes.
+    pub fn build(
+        tool: Tool,
+        folder: &Path,
+        machine: &dyn Model,
+        modules: &[File],
+        wave: Option<FileFormat>,
+        frame: &Frame,
+    ) -> Verilated {
+        let start = Instant::now();
         let main = folder.join("main.cpp");
         fs::write(&main, MAIN).unwrap();
-        let start = Instant::now();
-        let mut verilator = Command::new("verilator");
+        let built = tempfile::tempdir_in(folder).unwrap().keep();
+        let mut verilator = Command::new(tool.program);
         verilator.args(["--cc", "--exe", "-Wno-fatal", "--prefix", "Vmachine"]).args(VERILATOR);
-        verilator.arg("--Mdir").arg(&built).arg(&main);
-        if trace != Trace::Off {
-            verilator.arg("--trace");
-        }
-        if trace == Trace::Same {
+        verilator.args(tool.flags(wave)).arg("--Mdir").arg(&built).arg(&main);
+        verilator.arg("-CFLAGS").arg(format!("-DREPLAYS={}", u32::from(machine.replays())));
+        if let Some(format) = wave {
+            verilator.arg(match format {
+                FileFormat::Vcd => "--trace",
+                FileFormat::Fst => "--trace-fst",
+            });
             let orders = folder.join("same.vlt");
             fs::write(&orders, same_signals(modules)).unwrap();
             verilator.arg(orders);
         }
         run(verilator.args(modules.iter().map(|module| folder.join(&module.name))));
-        let translated = start.elapsed();
-
-        let start = Instant::now();
         let mut make = Command::new("make");
-        make.args(["-j1", "-f", "Vmachine.mk", "Vmachine"]).current_dir(&built);
+        make.args(["-j2", "-f", "Vmachine.mk", "Vmachine"]).current_dir(&built);
         run(make.arg(format!("OPT_FAST={CXX}")).arg(format!("OPT_GLOBAL={CXX}")));
-        let compiled = start.elapsed();
+        let took = start.elapsed();
 
         let file = folder.join("frame.bin");
         let words = frame.fragments.iter().flat_map(|f| [f.x, f.y, f.z, f.rgba]);
@@ -128,10 +135,10 @@ impl Verilated {
             .unwrap();
         let orders = process.stdin.take().unwrap();
         let answers = BufReader::new(process.stdout.take().unwrap());
-        Verilated { process, orders, answers, translated, compiled }
+        Verilated { process, orders, answers, built: took }
     }
 
-    /// Plays the frame once; a model with a trace writes the waveform `wave`.
+    /// Plays the frame once; a model with a waveform writes it to `wave`.
     pub fn play(&mut self, wave: &Path) -> Played {
         let mut answer = String::new();
         let asked = writeln!(self.orders, "{}", wave.display());
