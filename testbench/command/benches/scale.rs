@@ -141,7 +141,7 @@ fn row_of_run(what: &str, arguments: &str) {
             grouped(cycles),
             format!("{:.2}", usage.seconds),
             format!("{:.2}", usage.cpu_seconds),
-            format!("{:.2}", cycles.as_f64().unwrap() / usage.seconds / 1e6),
+            format!("{:.3}", cycles.as_f64().unwrap() / usage.seconds / 1e6),
             grouped(&json!(usage.peak_kib >> 10)),
         ])
     );
@@ -195,10 +195,9 @@ fn layers() {
     }
 }
 
-fn engines(full: bool) {
+fn engines() {
     head_of_runs("Image composition machine, screen of 160x120, scene `panes`", "engines");
-    let engines: &[u32] = if full { &[1, 4, 16, 64, 256, 1024] } else { &[1, 4, 16, 64, 256] };
-    for engines in engines {
+    for engines in [1, 4, 16, 64, 256, 1024] {
         let arguments = "--arch composer --scene panes --width 160 --height 120";
         let arguments = format!("{arguments} -p engines={engines}");
         row_of_run(&engines.to_string(), &arguments);
@@ -207,10 +206,10 @@ fn engines(full: bool) {
 
 fn machines() {
     let columns = ["machines", "one thread, s", "all cores, s", "cores busy", "peak memory, MiB"];
-    head("`compare` of T-buffers and of machines of several kinds, scene `glass`", &columns);
+    head("`compare`, scene `glass`", &columns);
     let alike = |count: u32| {
         let machines = (1..=count).map(|k| format!("--machine tbuffer:fast,section_capacity={k}"));
-        (format!("{count} T-buffers"), machines.collect::<Vec<_>>().join(" "))
+        (format!("{count} times `tbuffer`"), machines.collect::<Vec<_>>().join(" "))
     };
     let mut all: Vec<(String, String)> = [1, 2, 3, 4, 8].map(alike).to_vec();
     let kinds = ["rbuffer", "tbuffer", "tbuffer:paper", "mbuffer", "dfb", "b3d", "ppll"];
@@ -248,7 +247,7 @@ fn main() -> ExitCode {
                 Table::Fragments => fragments(args.full),
                 Table::Screens => screens(args.full),
                 Table::Layers => layers(),
-                Table::Engines => engines(args.full),
+                Table::Engines => engines(),
                 Table::Machines => machines(),
             }
         }
