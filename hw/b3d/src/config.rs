@@ -3,7 +3,7 @@
 use pellucid_blocks::array::fixed::{self, Shape};
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::rebuild::Overflow;
-use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_blocks::{front, shared_port, sorter};
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
 use pellucid_machine::{Outside, parameters};
@@ -126,14 +126,10 @@ impl Config {
             layer_bits: arrays.arrays.layer_bits(),
             newest_first: false,
         };
-        let framebuffer = Cached::of(
-            "framebuffer",
-            params.framebuffer,
-            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
-        )?;
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
         let reads = params.reads_in_flight;
-        let pixels = framebuffer.map(|cached| pixels::Config::new(screen, cached, reads, 4));
-        let (front, port) = front::Config::sharing(screen, pixels, arrays.arrays.port());
+        let (front, port) = front::Config::sharing(screen, place, reads, 4, arrays.arrays.port())?;
         Ok(Config { screen, params, arrays, sorter, front, port })
     }
 

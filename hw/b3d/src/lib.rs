@@ -207,13 +207,8 @@ impl Block for B3d {
         let stored = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
-        // Where the frame buffer lies outside, its port has room for colours to be read and written.
-        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
-        let blends = cfg.front.goes(front.resolve.colour_ready);
-        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
-        arrived.valid &= arrives;
-        sorted.valid &= blends;
-        let arrived_ready = sorter.ready && arrives;
+        let gated = front::gated(&cfg.front, front.resolve, stored.arrived, sorter);
+        let arrived_ready = gated.arrived_ready;
 
         // What arrays and frame buffer see of the outside memory.
         let (mut of_arrays, mut of_pixels) = (i.outside, outside::In::default());
@@ -225,9 +220,9 @@ impl Block for B3d {
 
         // Resolve: from the arrays to the frame buffer.
         let blend = if stored.step == Step::Resolve {
-            let to_sorter = sorter::In { arrived, sorted_ready: blends };
+            let to_sorter = sorter::In { arrived: gated.arrived, sorted_ready: gated.sorted_ready };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted, colour: front.colour };
+            let to_blender = blender::In { sorted: gated.sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -283,7 +278,7 @@ impl Block for B3d {
             replay: stored.replay,
             passed: front.passed.with(stored.ready),
             arrays: arrays.wires,
-            sorted: sorter.sorted.with(blends),
+            sorted: sorter.sorted.with(gated.sorted_ready),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,

@@ -22,15 +22,21 @@
 pub mod alone;
 pub mod monitor;
 
+use crate::blender::Sorted;
+use crate::cached_table::{Cached, Place};
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
 use crate::pixels::{self, Pixels, Resolve, Resolved};
 use crate::sequencer::{self, Sequencer};
 pub use crate::sequencer::{PHASES, Phase};
 use crate::shared_port;
+use crate::sorter;
 use pellucid_machine::Outside;
 use pellucid_machine::outside::{self, Request};
-use pellucid_machine::pixel::{COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS};
+use pellucid_machine::params::ParamError;
+use pellucid_machine::pixel::{
+    Arrived, COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS,
+};
 use pellucid_sim::{Block, Memory, Optional, Read, ReadPort, Signals, Stream, WritePort, rtl};
 
 /// See the module's description.
@@ -50,16 +56,31 @@ impl Config {
     pub fn on_chip(screen: Screen) -> Config {
         Config { screen, pixels: None }
     }
-    /// The frame buffer, in outside memory or on chip, and the port that it shares with what keeps fragments and has `fragments`.
+    /// The frame buffer where the parameters `framebuffer` and `framebuffer_sets`, `_ways` and `_line` say, with so many reads in
+    /// flight and so many pixels [blended](pixels::Config::blended), and the port that it shares with what keeps fragments and has
+    /// `fragments`.
+    ///
+    /// # Errors
+    /// A number of its cache is no power of two.
     pub fn sharing(
         screen: Screen,
-        pixels: Option<pixels::Config>,
+        (place, lines): (Place, [u32; 3]),
+        reads_in_flight: u32,
+        blended: u32,
         fragments: outside::Config,
-    ) -> (Config, shared_port::Config) {
+    ) -> Result<(Config, shared_port::Config), ParamError> {
+        let pixels = Cached::of("framebuffer", place, lines)?
+            .map(|cached| pixels::Config::new(screen, cached, reads_in_flight, blended));
         let reads = pixels.map_or(1, |pixels| 4 * pixels.reads_in_flight);
         let port = shared_port::Config::new(fragments, Config { screen, pixels }.port(), reads);
         let pixels = pixels.map(|pixels| pixels.behind(port.memory().bits));
-        (Config { screen, pixels }, port)
+        Ok((Config { screen, pixels }, port))
+    }
+    /// The same where what is resolved is known to be visible, so that it needs no depth.
+    #[must_use]
+    pub fn without_depths(mut self) -> Config {
+        self.pixels = self.pixels.map(pixels::Config::without_depths);
+        self
     }
     /// What lies outside, where `fragments` do, with a memory of that latency.
     pub fn outside_memory(&self, fragments: Option<Outside>, latency: u32) -> Option<Outside> {
@@ -91,6 +112,42 @@ impl Config {
     #[inline(always)]
     pub fn goes(&self, ready: bool) -> bool {
         !self.outside() || ready
+    }
+}
+
+/// What goes to a sorter, and from there to a blender.
+#[derive(Clone, Copy, Debug, Signals)]
+#[signals(Screen)]
+pub struct Gated {
+    /// What arrives at the sorter.
+    #[with(cfg.pixel_bits(), 0)]
+    pub arrived: Stream<Marked<Arrived>>,
+    /// It is taken there.
+    pub arrived_ready: bool,
+    /// What the blender is given.
+    #[with(cfg.pixel_bits())]
+    pub sorted: Stream<Marked<Sorted>>,
+    /// It is taken there.
+    pub sorted_ready: bool,
+}
+
+/// What goes there of what has arrived and what is sorted: where the frame buffer lies outside, while its port has room for colours
+/// to be read and written.
+#[inline(always)]
+#[rtl]
+pub fn gated(
+    cfg: &Config,
+    seen: Resolved,
+    arrived: Stream<Marked<Arrived>>,
+    sorter: sorter::Moore,
+) -> Gated {
+    let arrives = cfg.goes(pixels::opens(seen, arrived));
+    let blends = cfg.goes(seen.colour_ready);
+    Gated {
+        arrived: Stream { valid: arrived.valid && arrives, payload: arrived.payload },
+        arrived_ready: sorter.ready && arrives,
+        sorted: Stream { valid: sorter.sorted.valid && blends, payload: sorter.sorted.payload },
+        sorted_ready: blends,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use pellucid_blocks::array::config::{self as array, MAX_LANES, Shape};
 use pellucid_blocks::cached_table::{Cached, Place};
-use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_blocks::{front, shared_port, sorter};
 use pellucid_machine::Outside;
 use pellucid_machine::params::{ParamError, Preset};
 use pellucid_machine::pixel::Screen;
@@ -170,15 +170,11 @@ impl Config {
             layer_bits: arrays.layer_bits(),
             newest_first: false,
         };
-        let framebuffer = Cached::of(
-            "framebuffer",
-            params.framebuffer,
-            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
-        )?;
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
         let reads = params.reads_in_flight;
-        let pixels = framebuffer
-            .map(|cached| pixels::Config::new(screen, cached, reads, 4).without_depths());
-        let (front, port) = front::Config::sharing(screen, pixels, arrays.port());
+        let (front, port) = front::Config::sharing(screen, place, reads, 4, arrays.port())?;
+        let front = front.without_depths();
         Ok(Config { screen, params, arrays, sorter, front, port })
     }
 }

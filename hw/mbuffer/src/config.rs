@@ -5,7 +5,7 @@ use pellucid_blocks::allocator::AllocatorKind;
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
 use pellucid_blocks::weights::WEIGHT_BITS;
-use pellucid_blocks::{front, pixels, shared_port};
+use pellucid_blocks::{front, shared_port};
 use pellucid_machine::Outside;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -135,16 +135,12 @@ impl Config {
         };
         let chains = chains::Config::new(screen, shape);
         let array = array::Config { cells: params.array, screen, layer_bits: chains.layer_bits() };
-        let cached = Cached::of(
-            "framebuffer",
-            params.framebuffer,
-            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
-        )?;
         // Each cell of the array may have a pixel of its own.
         let blended = if in_memory { 4 } else { params.array + 6 };
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
         let reads = params.reads_in_flight;
-        let pixels = cached.map(|cached| pixels::Config::new(screen, cached, reads, blended));
-        let (front, port) = front::Config::sharing(screen, pixels, chains.port());
+        let (front, port) = front::Config::sharing(screen, place, reads, blended, chains.port())?;
         Ok(Config { screen, params, chains, array, in_memory, front, port })
     }
 }

@@ -4,7 +4,7 @@ use pellucid_blocks::allocator::AllocatorKind;
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
 use pellucid_blocks::rebuild::{self, Growth, Overflow};
-use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_blocks::{front, shared_port, sorter};
 use pellucid_machine::Outside;
 use pellucid_machine::parameters;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
@@ -135,14 +135,10 @@ impl Config {
             layer_bits: chains.layer_bits(),
             newest_first: true,
         };
-        let cached = Cached::of(
-            "framebuffer",
-            params.framebuffer,
-            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
-        )?;
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
         let reads = params.reads_in_flight;
-        let pixels = cached.map(|cached| pixels::Config::new(screen, cached, reads, 4));
-        let (front, port) = front::Config::sharing(screen, pixels, chains.port());
+        let (front, port) = front::Config::sharing(screen, place, reads, 4, chains.port())?;
         Ok(Config { screen, params, chains, rebuild, sorter, front, port })
     }
 }

@@ -219,13 +219,8 @@ impl Block for Ppll {
         let stored = Chains::<Bump>::moore(&cfg.chains, &q.chains, &m.chains);
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
-        // Where the frame buffer lies outside, its port has room for colours to be read and written.
-        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
-        let blends = cfg.front.goes(front.resolve.colour_ready);
-        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
-        arrived.valid &= arrives;
-        sorted.valid &= blends;
-        let arrived_ready = sorter.ready && arrives;
+        let gated = front::gated(&cfg.front, front.resolve, stored.arrived, sorter);
+        let arrived_ready = gated.arrived_ready;
 
         // What chains and frame buffer see of the outside memory.
         let (mut of_chains, mut of_pixels) = (i.outside, outside::In::default());
@@ -238,9 +233,9 @@ impl Block for Ppll {
         // Resolve: from the lists to the frame buffer.
         let resolving = at.step == Step::Resolve;
         let blend = if resolving {
-            let to_sorter = sorter::In { arrived, sorted_ready: blends };
+            let to_sorter = sorter::In { arrived: gated.arrived, sorted_ready: gated.sorted_ready };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted, colour: front.colour };
+            let to_blender = blender::In { sorted: gated.sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -317,7 +312,7 @@ impl Block for Ppll {
             replay: at.replay,
             passed: front.passed.with(stored.ready),
             chains: wires,
-            sorted: sorter.sorted.with(blends),
+            sorted: sorter.sorted.with(gated.sorted_ready),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,

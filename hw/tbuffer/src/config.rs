@@ -3,7 +3,7 @@
 use pellucid_blocks::allocator::AllocatorKind;
 use pellucid_blocks::cached_table::{Cached, Place};
 use pellucid_blocks::chains::config::{self as chains, Link, Passes, Scan, Shape};
-use pellucid_blocks::{front, pixels, shared_port, sorter};
+use pellucid_blocks::{front, shared_port, sorter};
 use pellucid_machine::Outside;
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
@@ -131,14 +131,10 @@ impl Config {
             depth_ahead: params.framebuffer == Place::Cached,
         };
         let chains = chains::Config::new(screen, shape);
-        let cached = Cached::of(
-            "framebuffer",
-            params.framebuffer,
-            [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line],
-        )?;
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
         let reads = params.reads_in_flight;
-        let pixels = cached.map(|cached| pixels::Config::new(screen, cached, reads, 4));
-        let (front, port) = front::Config::sharing(screen, pixels, chains.port());
+        let (front, port) = front::Config::sharing(screen, place, reads, 4, chains.port())?;
         let sorter = sorter::Config {
             depth: params.sorter_depth,
             pixel_bits: screen.pixel_bits(),

@@ -161,13 +161,8 @@ impl<A: Allocator> Block for TBuffer<A> {
         let sorter = Sorter::moore(&cfg.sorter, &q.sorter, &());
 
         let resolving = matches!(front.status.phase, Phase::Resolve);
-        // Where the frame buffer lies outside, its port has room for colours to be read and written.
-        let arrives = cfg.front.goes(pixels::opens(front.resolve, stored.arrived));
-        let blends = cfg.front.goes(front.resolve.colour_ready);
-        let (mut arrived, mut sorted) = (stored.arrived, sorter.sorted);
-        arrived.valid &= arrives;
-        sorted.valid &= blends;
-        let arrived_ready = sorter.ready && arrives;
+        let gated = front::gated(&cfg.front, front.resolve, stored.arrived, sorter);
+        let arrived_ready = gated.arrived_ready;
 
         // What chains and frame buffer see of the outside memory.
         let (mut of_chains, mut of_pixels) = (i.outside, outside::In::default());
@@ -179,9 +174,9 @@ impl<A: Allocator> Block for TBuffer<A> {
 
         // Resolve: from the chains to the frame buffer.
         let blend = if resolving {
-            let to_sorter = sorter::In { arrived, sorted_ready: blends };
+            let to_sorter = sorter::In { arrived: gated.arrived, sorted_ready: gated.sorted_ready };
             Sorter::next(&cfg.sorter, &q.sorter, &mut d.sorter, &mut (), to_sorter);
-            let to_blender = blender::In { sorted, colour: front.colour };
+            let to_blender = blender::In { sorted: gated.sorted, colour: front.colour };
             Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
         } else {
             blender::Out::default()
@@ -237,7 +232,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             image: front.status.image.with(i.image_ready),
             passed: front.passed.with(stored.ready),
             chains: chains.wires,
-            sorted: sorter.sorted.with(blends),
+            sorted: sorter.sorted.with(gated.sorted_ready),
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
