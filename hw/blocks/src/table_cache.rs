@@ -17,13 +17,17 @@
 //! Architecture*, 1998, with a write-back. A word is that of the port: its user packs entries as
 //! [`tables`](crate::chains::tables) does.
 //!
-//! An ask is looked up at once; if its line is not there, memory is asked for it. It then waits in a queue for its turn, be it a
-//! hit or a miss, while later ones are looked up, those for the same line among them. In a miss's turn the line that was asked
-//! for least recently (true LRU) makes room, word by word if it is dirty, and the words that came take its place; so all that
-//! was asked before finds the line as it was.
+//! An ask is looked up at once; if its line is not there, memory is asked for it, from the word that was asked for on to the one
+//! before it. It then waits in a queue for its turn, be it a hit or a miss, while later ones are looked up, those for the same line
+//! among them. In a miss's turn the line that was asked for least recently (true LRU) makes room, and the words that came take
+//! its place; so all that was asked before finds the line as it was.
+//!
+//! The first words of all lines are one memory, the second words another, and so on. So a dirty line is read in one cycle, in which
+//! no entry is read. Its words leave one a cycle, in the order in which others come; each stays in its memory's read register until
+//! it has left, and an entry of that memory waits for it.
 //!
 //! *Latency*: a hit is shown 4 cycles after its ask. With `L` cycles from a request to its answer in a memory that takes a request
-//! a cycle, word `w` of a line that misses is shown `4 + L + w` cycles after its ask, if nothing else is under way.
+//! a cycle, an entry that misses is shown `4 + L` cycles after its ask, if nothing else is under way.
 //!
 //! *Throughput*: hits come an entry a cycle, whichever they are. With [`Config::in_flight`] of at least `L + 2 * line`,
 //! [`Config::misses`] of at least `1 + (L + 2) / line`, rounded up, twice as many lines, and a user that takes at once, these
@@ -31,15 +35,16 @@
 //!
 //! | | not written | written |
 //! | --- | --- | --- |
-//! | an entry of those in a row | 1 | 2 |
-//! | an entry whose line no other one uses | `line` | `2 * line`; `line + 1` while the line that makes room is clean |
+//! | an entry of those in a row | 1 | 2; `1 + 1 / line` while the line that makes room is clean |
+//! | an entry whose line no other one uses | `line` | `2 * line`; `line`, but at least 2, while the line that makes room is clean |
 //!
-//! The last column is what the port takes for a line that comes and one that leaves; where none leaves, an entry that is written
-//! and a word that comes share the write port of the data. Words that leave go first on the port.
+//! The last column is what the port takes for a line that comes and one that leaves; where none leaves, the first word of a line
+//! does not come while an entry is written, nor any other one with an entry of its memory. On the port memory is asked for words
+//! first, unless a miss or an entry waits for those that leave.
 //!
 //! *What waits*: a miss, until the queue and memory have room for it; one that would take the way of another one in its set
 //! whose turn has not come, until then, so that a set has no more misses under way than ways; and an ask for a line that is to
-//! make room itself, until it has, so that memory is asked for it after it was written. All later asks wait behind it.
+//! make room itself, until it has left, so that memory is asked for it after it was written. All later asks wait behind it.
 //!
 //! *Clear*: what memory holds at power-up is not known. Until the first ask after a reset, `clear` writes entries to memory, one a
 //! cycle; later `clear_ready` is low. Nothing is in the cache after a reset: it takes [`Config::sets`] cycles until asks are
@@ -51,10 +56,9 @@
 //! under way and takes 2 cycles for each line, one more for each in use, and `line` more for each dirty one. Elsewhere a frame
 //! needs none, as all that use the table go through the cache.
 //!
-//! `idle` is high while nothing is under way. It takes the
-//! memory's answers at once. Up to `in_flight + 4` asks are on their way from `ask` to `entry`: what their user is to do with the
-//! entries waits in a queue of its own. Where requests and answers are to be those of the port itself, and one miss at a
-//! time is enough, use [`Cache`](crate::cache::Cache).
+//! `idle` is high while nothing is under way. It takes the memory's answers at once. Up to `in_flight + 4` asks are on their way
+//! from `ask` to `entry`: what their user is to do with the entries waits in a queue of its own. Where requests and answers are to
+//! be those of the port itself, and one miss at a time is enough, use [`Cache`](crate::cache::Cache).
 
 mod config;
 mod ports;
@@ -67,9 +71,7 @@ pub use sets::{Before, Misses, Set};
 use crate::cache::tags;
 use crate::skid::{self, Skid};
 use pellucid_machine::outside::{Request, Word};
-use pellucid_sim::{
-    Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, bits_for, fifo, rtl,
-};
+use pellucid_sim::{Block, Fifo, Memory, Ram1R1W, ReadDuringWrite, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct TableCache;
@@ -128,10 +130,11 @@ pub struct State {
     /// See [`Misses`].
     #[with(*cfg)]
     pub misses: Misses,
-    /// The line that memory is asked for: the number of its first word, without the bits of the word.
-    #[with(cfg.port.address_bits() - cfg.cache().line_bits())]
-    pub fetch: Stream<u32>,
-    /// The word of it that is asked for.
+    /// Lines that memory is to be asked for, each by the entry that missed: its word goes first.
+    #[with(cfg.misses)]
+    #[block(Fetches, cfg.fetches())]
+    pub fetches: fifo::State,
+    /// Words of the first one that were asked for.
     #[width(cfg.cache().line_bits())]
     pub fetched: u32,
     /// Asks that were looked up.
@@ -141,17 +144,18 @@ pub struct State {
     /// The one whose turn it is.
     #[with(*cfg)]
     pub head: Stream<Order>,
-    /// The line of the miss whose turn came last, as a number among the cache's own, while it is not all there.
-    #[with(cfg.cache().set_bits() + cfg.cache().way_bits())]
-    pub fill: Stream<u32>,
-    /// The word of it that comes next.
+    /// The miss whose turn came last, while its line is not all there.
+    #[with(*cfg)]
+    pub fill: Stream<Place>,
+    /// Words of that line that are there.
     #[width(cfg.cache().line_bits())]
     pub filled: u32,
-    /// A word of the line that makes room is shown by the data.
-    pub evicts: bool,
-    /// Words of that line that were read, or all if none need be.
-    #[width(bits_for(u64::from(cfg.line)))]
-    pub read: u32,
+    /// The line that leaves, by the word of it that goes first: the data shows those that have not left.
+    #[with(cfg.port.address_bits())]
+    pub leaves: Stream<u32>,
+    /// Words of it that have left.
+    #[width(cfg.cache().line_bits())]
+    pub left: u32,
     /// The entry that is shown by the data.
     #[with(*cfg)]
     pub shown: Stream<Place>,
@@ -169,7 +173,8 @@ pub struct State {
 #[inline(always)]
 #[rtl]
 fn rests(q: State, queued: bool) -> bool {
-    !q.asked.valid && !queued && !q.head.valid && !q.fill.valid && !q.shown.valid
+    let inside = q.head.valid || q.fill.valid || q.shown.valid;
+    !q.asked.valid && !queued && !inside && !q.leaves.valid
 }
 
 /// No ask is taken: what is in the cache is forgotten or flushed.
@@ -181,6 +186,7 @@ fn shut(cfg: &Config, q: State) -> bool {
 
 type Asks = Skid<u32>;
 type Queue = Fifo<Order>;
+type Fetches = Fifo<u32>;
 type Requests = Skid<Request>;
 type Answers = Fifo<Word>;
 
@@ -191,8 +197,10 @@ pub struct Mem {
     pub tags: Ram1R1W<Set>,
     /// Whether each line holds what memory does not.
     pub dirty: Ram1R1W<bool>,
-    /// The words of all lines.
-    pub data: Ram1R1W<Word>,
+    /// The first words of all lines, the second ones, and so on.
+    pub data: Vec<Ram1R1W<Word>>,
+    /// Lines that memory is to be asked for.
+    pub fetches: <Fetches as Block>::Mem,
     /// Asks that were looked up.
     pub queue: <Queue as Block>::Mem,
     /// Words that came from memory.
@@ -226,7 +234,10 @@ impl Block for TableCache {
         Mem {
             tags: Ram1R1W::new(cfg.sets, *cfg, 1, ReadDuringWrite::New),
             dirty: Ram1R1W::new(lines, (), 1, ReadDuringWrite::New),
-            data: Ram1R1W::new(lines * cfg.line, cfg.port, 1, ReadDuringWrite::New),
+            data: (0..cfg.line)
+                .map(|_| Ram1R1W::new(lines, cfg.port, 1, ReadDuringWrite::New))
+                .collect(),
+            fetches: Fetches::memories(&cfg.fetches()),
             queue: Queue::memories(&cfg.queue()),
             answers: Answers::memories(&cfg.answers()),
         }
@@ -237,14 +248,18 @@ impl Block for TableCache {
         let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
         let requests = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let queued = Queue::moore(&cfg.queue(), &q.queue, &m.queue).count > 0;
-        let rests = rests(*q, queued);
-        let shut = shut(cfg, *q);
-        let entry = Entry { address: q.shown.payload.address, word: m.data.q().data };
+        let address = q.shown.payload.address;
+        let mut word = m.data[0].q().data;
+        for k in 1..cfg.line {
+            if cfg.cache().word_of(address) == k {
+                word = m.data[k as usize].q().data;
+            }
+        }
         Moore {
-            ready: asks && !shut,
+            ready: asks && !shut(cfg, *q),
             clear_ready: requests && matches!(q.phase, Phase::Forget | Phase::Empty),
-            entry: Stream { valid: q.shown.valid, payload: entry },
-            idle: rests && asks && requests && !shut,
+            entry: Stream { valid: q.shown.valid, payload: Entry { address, word } },
+            idle: rests(*q, queued) && asks && requests && !shut(cfg, *q),
         }
     }
 
@@ -253,9 +268,10 @@ impl Block for TableCache {
         let cache = cfg.cache();
         let queue = Queue::moore(&cfg.queue(), &q.queue, &m.queue);
         let answer = Answers::moore(&cfg.answers(), &q.answers, &m.answers).front;
+        let fetch = Fetches::moore(&cfg.fetches(), &q.fetches, &m.fetches).front;
         let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
 
-        // The entry that is shown leaves, and may be written.
+        // The entry that is shown is taken, and may be written.
         let shown = q.shown.payload;
         let free = !q.shown.valid || i.taken;
         let writes = q.shown.valid && i.taken && i.write.valid;
@@ -263,21 +279,41 @@ impl Block for TableCache {
         // A miss whose turn has come: what was asked before is done with the line that makes room.
         let Order { place, miss, old } = q.head.payload;
         let line = cfg.line_of(place);
-        let word = cache.word_of(place.address);
-        let starts = q.head.valid && miss && !q.fill.valid && free;
+        let at = cache.word_of(place.address);
+        let turn = q.head.valid && miss && !q.fill.valid && free;
         let dirty = old.valid && (m.dirty.q().data || (writes && cfg.line_of(shown) == line));
 
-        // Its words take the place of those that were read.
-        let filling = if starts { line } else { q.fill.payload };
-        let may_fill = if starts { !dirty } else { q.fill.valid && q.filled < q.read };
-        let fills = may_fill && answer.valid && !writes;
-        let full = fills && q.filled == cfg.line - 1;
+        // The line that makes room leaves word by word, each of which stays in its memory's read register until then.
+        let held = q.leaves.valid && !cache.after(at, q.leaves.payload, q.left, false);
+        let awaited = (turn && dirty) || (q.head.valid && !miss && held);
+        let writes_back = q.leaves.valid && room && (!fetch.valid || awaited);
+        let left = writes_back && q.left == cfg.line - 1;
+        if writes_back {
+            d.left = (q.left + 1) & (cfg.line - 1);
+        }
+        if left {
+            d.leaves.valid = false;
+        }
+        let starts = turn && (!dirty || !q.leaves.valid || left);
+        let evicts = starts && dirty;
         if starts {
             d.head.payload.miss = false;
-            d.fill = Stream::offer(line);
-            d.evicts = dirty;
-            d.read = if dirty { 1 } else { cfg.line };
+            d.fill = Stream::offer(place);
+            d.misses.waits = cfg.next(q.misses.waits);
         }
+        if evicts {
+            let set = cache.set_of(place.address);
+            d.leaves = Stream::offer(cache.address(old.tag, set, at));
+        }
+
+        // Its words take the place of those that were read.
+        let filling = if starts { place } else { q.fill.payload };
+        let fill_at = cache.word_of(cache.on(filling.address, q.filled));
+        let shown_at = cache.word_of(shown.address);
+        // A write port has one user; the first word says that the line is clean, too.
+        let meets = writes && (q.filled == 0 || shown_at == fill_at);
+        let fills = (starts || q.fill.valid) && !evicts && answer.valid && !meets;
+        let full = fills && q.filled == cfg.line - 1;
         if fills {
             d.filled = (q.filled + 1) & (cfg.line - 1);
         }
@@ -285,45 +321,29 @@ impl Block for TableCache {
             d.fill.valid = false;
             d.misses.fills = cfg.next(q.misses.fills);
         }
-        if writes {
-            m.data.write(
-                cache.word_at(cfg.line_of(shown), cache.word_of(shown.address)),
-                i.write.payload,
-            );
-            m.dirty.write(cfg.line_of(shown), true);
-        } else if fills {
-            m.data.write(cache.word_at(filling, q.filled), answer.payload);
-            if q.filled == 0 {
-                m.dirty.write(filling, false);
+        for k in 0..cfg.line {
+            if writes && shown_at == k {
+                m.data[k as usize].write(cfg.line_of(shown), i.write.payload);
+            } else if fills && fill_at == k {
+                m.data[k as usize].write(cfg.line_of(filling), answer.payload);
             }
         }
-
-        // The line that makes room leaves word by word, each of which stays in the read register of the data until then.
-        let writes_back = q.evicts && room;
-        let left = writes_back && q.read == cfg.line;
-        if writes_back && !left {
-            d.read = q.read + 1;
-        }
-        if left {
-            d.evicts = false;
-        }
-        let flushes = cfg.flushes && matches!(q.phase, Phase::Flush);
-        if (left && !flushes) || (starts && !dirty) {
-            d.misses.evicts = cfg.next(q.misses.evicts);
+        if writes {
+            m.dirty.write(cfg.line_of(shown), true);
+        } else if fills && q.filled == 0 {
+            m.dirty.write(cfg.line_of(filling), false);
         }
 
-        // The head's entry is read as soon as it is there.
-        let comes = starts || (q.fill.valid && q.fill.payload == line);
-        let came = word < q.filled || (word == q.filled && fills);
+        // The head's entry is read as soon as it is there, and the word that its memory shows has left.
+        let comes = starts || (q.fill.valid && cfg.line_of(q.fill.payload) == line);
+        let came = cache.after(at, filling.address, q.filled, fills);
         let there = (starts || !miss) && (!comes || came);
-        let reads = q.head.valid && there && free && (!q.evicts || left);
-        if starts && dirty {
-            m.data.read(cache.word_at(line, 0));
-        } else if writes_back && !left {
-            let leaves = if flushes { cache.line_at(q.set, q.way) } else { line };
-            m.data.read(cache.word_at(leaves, q.read));
-        } else if reads {
-            m.data.read(cache.word_at(line, word));
+        let shows = q.leaves.valid && !cache.after(at, q.leaves.payload, q.left, writes_back);
+        let reads = q.head.valid && there && free && !shows;
+        for k in 0..cfg.line {
+            if evicts || (reads && at == k) {
+                m.data[k as usize].read(line);
+            }
         }
         if free {
             d.shown = Stream { valid: reads, payload: place };
@@ -337,14 +357,11 @@ impl Block for TableCache {
             m.dirty.read(cfg.line_of(head.payload.place));
         }
 
-        // Memory is asked for lines ahead, while none makes room.
-        let fetches = q.fetch.valid && room && !q.evicts;
+        // Memory is asked for lines ahead.
+        let fetches = fetch.valid && room && !writes_back;
         let fetched = fetches && q.fetched == cfg.line - 1;
         if fetches {
             d.fetched = (q.fetched + 1) & (cfg.line - 1);
-        }
-        if fetched {
-            d.fetch.valid = false;
         }
 
         // Asks are looked up.
@@ -354,15 +371,17 @@ impl Block for TableCache {
         let found = tags::hit(&cache, set.now, tag);
         let way = if found.valid { found.payload } else { tags::oldest(&cache, set.now) };
         let was = set.now.lines[way as usize];
-        let may_miss = (!q.fetch.valid || fetched)
-            && cfg.after(q.misses.next, q.misses.fills) < cfg.misses
-            && !sets::waits(cfg, set, q.misses, tag, way);
+        let may_miss = cfg.after(q.misses.next, q.misses.fills) < cfg.misses
+            && !sets::waits(cfg, set, q.misses, tag, way)
+            && !(q.leaves.valid && cache.line_in(q.leaves.payload) == cache.line_in(asked));
         let goes = q.asked.valid && queue.ready && (found.valid || may_miss);
         let misses = goes && !found.valid;
         if misses {
-            d.fetch = Stream::offer(asked >> cache.line_bits());
             d.misses.next = cfg.next(q.misses.next);
         }
+        let push = Stream { valid: misses, payload: asked };
+        let to_fetches = fifo::In { push, pop: fetched };
+        Fetches::next(&cfg.fetches(), &q.fetches, &mut d.fetches, &mut m.fetches, to_fetches);
         let order = Order {
             place: Place { address: asked, way },
             miss: !found.valid,
@@ -406,11 +425,13 @@ impl Block for TableCache {
 
         // Line after line is flushed, in the same way as one that makes room.
         if cfg.flushes {
+            let flushes = matches!(q.phase, Phase::Flush);
             d.flush = q.flush || i.flush;
             let begins = q.flush && rests(*q, queue.count > 0) && asks && room;
             let (at, tags) = (cache.line_at(q.set, q.way), set.now.lines[q.way as usize]);
             let there = matches!(q.known, Known::Tags) && tags.valid;
-            let clean = matches!(q.known, Known::Dirty) && !q.evicts && !m.dirty.q().data;
+            let looks = matches!(q.known, Known::Dirty) && !q.leaves.valid;
+            let clean = looks && !m.dirty.q().data;
             let done = (matches!(q.known, Known::Tags) && !tags.valid) || clean || left;
             if matches!(q.phase, Phase::Empty) && begins {
                 d.flush = false;
@@ -422,10 +443,11 @@ impl Block for TableCache {
             } else if flushes && there {
                 m.dirty.read(at);
                 d.known = Known::Dirty;
-            } else if flushes && matches!(q.known, Known::Dirty) && !q.evicts && !clean {
-                m.data.read(cache.word_at(at, 0));
-                d.evicts = true;
-                d.read = 1;
+            } else if flushes && looks && !clean {
+                for k in 0..cfg.line {
+                    m.data[k as usize].read(at);
+                }
+                d.leaves = Stream::offer(cache.address(tags.tag, q.set, 0));
             }
             if flushes && left {
                 m.dirty.write(at, false);
@@ -445,17 +467,18 @@ impl Block for TableCache {
 
         // What goes to memory, and what comes from there.
         let mut push = Stream::idle();
-        if flushes && q.evicts {
-            let tag = set.now.lines[q.way as usize].tag;
-            let address = cache.address(tag, q.set, q.read - 1);
-            let request = Request { write: true, address, word: m.data.q().data };
+        if writes_back {
+            let address = cache.on(q.leaves.payload, q.left);
+            let mut word = m.data[0].q().data;
+            for k in 1..cfg.line {
+                if cache.word_of(address) == k {
+                    word = m.data[k as usize].q().data;
+                }
+            }
+            let request = Request { write: true, address, word };
             push = Stream { valid: room, payload: request };
-        } else if q.evicts {
-            let address = cache.address(old.tag, cache.set_of(place.address), q.read - 1);
-            let request = Request { write: true, address, word: m.data.q().data };
-            push = Stream { valid: room, payload: request };
-        } else if q.fetch.valid {
-            let address = (q.fetch.payload << cache.line_bits()) | q.fetched;
+        } else if fetch.valid {
+            let address = cache.on(fetch.payload, q.fetched);
             let request = Request { write: false, address, word: Word::default() };
             push = Stream { valid: room, payload: request };
         } else if matches!(q.phase, Phase::Forget | Phase::Empty) {

@@ -86,6 +86,23 @@ impl Config {
     pub(crate) fn address(&self, tag: u32, set: u32, word: u32) -> u32 {
         (((tag << self.set_bits()) | set) << self.line_bits()) | word
     }
+    /// Which line an address is in.
+    #[inline(always)]
+    pub(crate) fn line_in(&self, address: u32) -> u32 {
+        address >> self.line_bits()
+    }
+    /// The word so many words on in the same line, the first behind the last.
+    #[inline(always)]
+    pub(crate) fn on(&self, address: u32, words: u32) -> u32 {
+        let word = self.word_of(self.word_of(address) + words);
+        (self.line_in(address) << self.line_bits()) | word
+    }
+    /// Whether a word of a line is among the first `words` from an address of it on, or the next one is, too.
+    #[inline(always)]
+    pub(crate) fn after(&self, word: u32, from: u32, words: u32, next: bool) -> bool {
+        let behind = word.wrapping_sub(from) & (self.line - 1);
+        behind < words || (behind == words && next)
+    }
     /// The number of a line among the cache's own.
     #[inline(always)]
     pub(crate) fn line_at(&self, set: u32, way: u32) -> u32 {

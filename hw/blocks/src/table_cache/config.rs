@@ -39,6 +39,10 @@ impl Config {
     pub(super) fn queue(&self) -> fifo::Config<Config> {
         fifo::Config { depth: self.in_flight, item: *self }
     }
+    /// Lines that memory is to be asked for: all that may be under way.
+    pub(super) fn fetches(&self) -> fifo::Config<u32> {
+        fifo::Config { depth: self.misses, item: self.port.address_bits() }
+    }
     pub(super) fn answers(&self) -> fifo::Config<outside::Config> {
         fifo::Config { depth: self.misses * self.line, item: self.port }
     }

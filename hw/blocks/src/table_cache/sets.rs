@@ -33,9 +33,9 @@ pub struct Misses {
     /// The number of the next one.
     #[width(cfg.number_bits())]
     pub next: u32,
-    /// The oldest one whose line has still to make room.
+    /// The oldest one whose turn has still to come.
     #[width(cfg.number_bits())]
-    pub evicts: u32,
+    pub waits: u32,
     /// The oldest one whose line is not all there.
     #[width(cfg.number_bits())]
     pub fills: u32,
@@ -66,17 +66,17 @@ pub fn empty(cfg: &Config) -> Set {
     Set { now: tags::empty(&cfg.cache()), ..Set::default() }
 }
 
-/// Whether a line cannot be asked for yet, to lie in that way: it has not left the cache itself, or another line has not left
+/// Whether a line cannot be asked for yet, to lie in that way: it has still to make room itself, or another line has, of
 /// the way.
 #[inline(always)]
 #[rtl]
 pub fn waits(cfg: &Config, set: Set, misses: Misses, tag: u32, way: u32) -> bool {
-    let under_way = cfg.after(misses.next, misses.evicts);
+    let waiting = cfg.after(misses.next, misses.waits);
     let mut waits = false;
     for k in 0..cfg.ways {
         let Before { old, miss } = set.before[k as usize];
-        let leaves = old.valid && cfg.after(miss, misses.evicts) < under_way;
-        waits = waits || (leaves && (old.tag == tag || way == k));
+        let stays = old.valid && cfg.after(miss, misses.waits) < waiting;
+        waits = waits || (stays && (old.tag == tag || way == k));
     }
     waits
 }
