@@ -16,7 +16,7 @@ use crate::scoreboard::Verdict;
 use crate::source::{Source, SourceError};
 use crate::view::View;
 use crate::window::Window;
-use pellucid_machine::pixel::{Fragment, Screen};
+use pellucid_machine::pixel::Fragment;
 use pellucid_machine::{Census, Model};
 use std::sync::Arc;
 
@@ -124,12 +124,14 @@ impl Case {
                     let alike = machines.iter().zip(&views).filter(|(_, other)| *other == view);
                     let arithmetics = alike.map(|(machine, _)| machine.arithmetic());
                     let golden = arithmetics.fold(Golden::new(source.screen()), Golden::with);
-                    let mut holding = Holding::of(view);
-                    let (reference, items) = judged(&source, view, golden, &mut holding, progress)?;
+                    let holds = view.is_of_fragments();
+                    let (reference, (items, held)) =
+                        judged(&source, view, golden, holds, progress)?;
+                    let held = held.map(|held| Source::Fragments(source.screen(), held));
                     Case {
                         scene: scene.to_string(),
                         source: source.clone(),
-                        held: holding.held(source.screen()),
+                        held: held.map(Arc::new),
                         reference: Arc::new(reference),
                         items,
                         later: Arc::new([]),
@@ -166,7 +168,7 @@ impl Case {
             };
             let golden = Golden::new(source.screen()).with(machine.arithmetic());
             let view = view(machine, &source)?;
-            let (reference, _) = judged(&source, &view, golden, &mut Holding::default(), progress)?;
+            let (reference, _) = judged(&source, &view, golden, false, progress)?;
             Ok(Arc::new(reference))
         });
         let later = later.collect::<Result<_, CaseError>>()?;
@@ -292,63 +294,36 @@ fn view(machine: &dyn Model, source: &Source) -> Result<View, SourceError> {
     View::new(machine.kind(), machine.dealer(), source)
 }
 
-/// What the golden model says of a frame that is seen so, and how many items it has.
+/// Fragments of a frame that are held, at most: a frame with more is made anew each time.
+const MOST_HELD: usize = 1 << 22;
+
+/// How many items a frame has, and its fragments if they are held.
+type Played = (u64, Option<Vec<Fragment>>);
+
+/// What the golden model says of a frame that is seen so, how many items it has, and its fragments if it `holds` them and they are
+/// not too many.
 fn judged(
     source: &Source,
     view: &View,
     golden: Golden,
-    holding: &mut Holding,
+    mut holds: bool,
     progress: &mut Progress,
-) -> Result<(Reference, u64), CaseError> {
+) -> Result<(Reference, Played), CaseError> {
     golden.judge(|sink| {
+        // Where the frame is played again they are there, or were too many.
+        let mut held = std::mem::take(&mut holds).then(Vec::new);
         let items = view.play::<CaseError>(source, &mut |fragment| {
             progress.step();
-            holding.push(fragment);
+            if held.as_ref().is_some_and(|held: &Vec<Fragment>| held.len() == MOST_HELD) {
+                held = None;
+            }
+            if let Some(held) = &mut held {
+                held.push(fragment);
+            }
             sink(fragment)
         })?;
-        holding.full = true;
-        Ok(items)
+        Ok((items, held))
     })
-}
-
-/// Fragments of a frame that are held, at most: a frame with more is made anew each time.
-const MOST_HELD: usize = 1 << 22;
-
-/// A frame that is held while it is played for the first time.
-struct Holding {
-    fragments: Vec<Fragment>,
-    /// No further ones are taken.
-    full: bool,
-}
-
-impl Holding {
-    /// Of a frame that machines see so: one that is seen as it comes, fragment by fragment.
-    fn of(view: &View) -> Holding {
-        Holding { fragments: vec![], full: !view.is_of_fragments() }
-    }
-
-    fn push(&mut self, fragment: Fragment) {
-        if self.full {
-            return;
-        }
-        if self.fragments.len() == MOST_HELD {
-            *self = Holding::default();
-        } else {
-            self.fragments.push(fragment);
-        }
-    }
-
-    fn held(self, screen: Screen) -> Option<Arc<Source>> {
-        let held = !self.fragments.is_empty();
-        held.then(|| Arc::new(Source::Fragments(screen, self.fragments)))
-    }
-}
-
-impl Default for Holding {
-    /// Of a frame that is not held.
-    fn default() -> Holding {
-        Holding { fragments: vec![], full: true }
-    }
 }
 
 #[cfg(test)]
