@@ -82,6 +82,12 @@ impl Config {
         self.pixels = self.pixels.map(pixels::Config::without_depths);
         self
     }
+    /// The same where transparent fragments are blended as they come, and none is resolved.
+    #[must_use]
+    pub fn composing(mut self) -> Config {
+        self.pixels = self.pixels.map(pixels::Config::composing);
+        self
+    }
     /// What lies outside, where `fragments` do, with a memory of that latency.
     pub fn outside_memory(&self, fragments: Option<Outside>, latency: u32) -> Option<Outside> {
         let Some(pixels) = self.pixels else { return fragments };
@@ -253,6 +259,8 @@ pub struct Moore {
     /// What the machine sees while it resolves, where the frame buffer lies outside.
     #[exists(cfg.outside())]
     pub resolve: Resolved,
+    /// What is drawn may not be shown yet: the frame before still is, or what was drawn is on its way to outside memory.
+    pub busy: bool,
 }
 
 /// What a machine of fragments shows before its inputs are known.
@@ -328,6 +336,7 @@ impl Block for Front {
                 colour: pixels.colour,
                 clear,
                 resolve: pixels.resolve,
+                busy: pixels.busy || !pixels.drained,
             }
         } else {
             let depth_test = DepthTest::moore(&cfg.screen, &q.depth_test, &m.depth_test);
@@ -345,6 +354,7 @@ impl Block for Front {
                 colour: display.colour,
                 clear,
                 resolve: Resolved::default(),
+                busy: display.busy,
             }
         }
     }

@@ -29,6 +29,18 @@ pub static ARCHITECTURE: Architecture = Architecture {
         &[("program", "sieve"), ("kill", "compact"), ("component_bits", "16")],
         &[("program", "glass"), ("buffer", "outside"), ("component_bits", "8")],
         &[("program", "sieve"), ("kill", "compact"), ("buffer", "outside")],
+        &[
+            ("program", "tint"),
+            ("framebuffer", "cached"),
+            ("framebuffer_sets", "2"),
+            ("framebuffer_line", "4"),
+        ],
+        &[
+            ("buffer", "outside"),
+            ("framebuffer", "cached"),
+            ("framebuffer_sets", "1"),
+            ("component_bits", "16"),
+        ],
     ],
     tight: &[
         ("size", "32"),
@@ -52,6 +64,9 @@ fn small(draw: &mut Draw, _: Needs) -> Parameterised {
     let kill = if store == "fbuffer" { one_of(draw, &["keep", "compact"]) } else { "keep" };
     let inside = sorts || store == "framebuffer";
     let buffer = if inside { "on_chip" } else { one_of(draw, &["on_chip", "outside"]) };
+    let early_depth = one_of(draw, &["off", "before_window"]);
+    let on_chip = inside || early_depth == "before_window";
+    let framebuffer = if on_chip { "on_chip" } else { one_of(draw, &["on_chip", "cached"]) };
     let overflow = if sorts { "window" } else { one_of(draw, &["window", "batch"]) };
     vec![
         ("size", (1 << draw(if sorts { 4..=5 } else { 2..=5 })).to_string()),
@@ -67,11 +82,15 @@ fn small(draw: &mut Draw, _: Needs) -> Parameterised {
         ("outside_latency", draw(1..=30).to_string()),
         ("reads_in_flight", draw(2..=20).to_string()),
         ("kill", kill.to_string()),
-        ("early_depth", one_of(draw, &["off", "before_window"]).to_string()),
+        ("early_depth", early_depth.to_string()),
         ("overflow", overflow.to_string()),
         ("mode", if sorts { "sort" } else { "shade" }.to_string()),
         ("sorter_lanes", (1 << draw(0..=4)).to_string()),
         ("vertex_cycles", draw(1..=3).to_string()),
         ("fragment_cycles", draw(1..=5).to_string()),
+        ("framebuffer", framebuffer.to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

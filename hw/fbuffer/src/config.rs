@@ -4,10 +4,11 @@ use crate::program::{Kind, MOST_TARGETS, Program};
 use crate::window::Places;
 use crate::{ahead, plays, shader, sort, window};
 use pellucid_blocks::bitonic::MAX_LANE_BITS;
-use pellucid_blocks::walker;
+use pellucid_blocks::cached_table::Place;
+use pellucid_blocks::{front, shared_port, walker};
 use pellucid_machine::params::{ParamError, Preset, power_of_two};
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{choice, parameters};
+use pellucid_machine::{Outside, choice, parameters};
 
 /// Vertices of a primitive.
 pub const VERTICES: u32 = 3;
@@ -118,7 +119,7 @@ parameters! {
         buffer: Lies = Lies::OnChip, "", ();
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
-        /// Words of the F-buffer that are asked for before their fragments come (buffer=outside).
+        /// Words of the F-buffer that are asked for before their fragments come (buffer=outside); with framebuffer=cached also fragments that wait for their pixel, and pixels that are read ahead.
         reads_in_flight: u32 = 64, "reads", 2..=4096;
         /// What becomes of fragments that the program kills: they keep their place to the last pass, or are dropped from the F-buffer.
         kill: Kill = Kill::Keep, "", ();
@@ -132,6 +133,14 @@ parameters! {
         vertex_cycles: u32 = 1, "cycles", 1..=256;
         /// From fragment to fragment of a pass.
         fragment_cycles: u32 = 1, "cycles", 1..=256;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -180,6 +189,23 @@ fn sortable(params: &Params) -> Result<(), ParamError> {
     Ok(())
 }
 
+/// Holds parameters to what a frame buffer outside can do: nothing but the test and the blend of what comes sees a pixel.
+fn composable(params: &Params) -> Result<(), ParamError> {
+    let alone = |name, found, expected: &str| {
+        Err(value(name, found, &format!("{expected}, with `framebuffer=cached`")))
+    };
+    if params.mode == Mode::Sort {
+        return alone("mode", "sort", "shade");
+    }
+    if params.store == Store::FrameBuffer {
+        return alone("store", "framebuffer", "fbuffer");
+    }
+    if params.early_depth == EarlyDepth::BeforeWindow {
+        return alone("early_depth", "before_window", "off");
+    }
+    Ok(())
+}
+
 /// Everything that the blocks need to know, checked.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
@@ -197,13 +223,17 @@ pub struct Config {
     pub sort: sort::Config,
     /// Hidden fragments are dropped before they are counted.
     pub early: bool,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
     /// Checks the parameters.
     ///
     /// # Errors
-    /// `size` or `sorter_lanes` is no power of two, or parameters do not go together.
+    /// `size`, `sorter_lanes` or a number of the cache is no power of two, or parameters do not go together.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         power_of_two("size", params.size)?;
         power_of_two("sorter_lanes", params.sorter_lanes)?;
@@ -216,6 +246,9 @@ impl Config {
         }
         if params.buffer == Lies::Outside && params.store == Store::FrameBuffer {
             return Err(value("buffer", "outside", "on_chip, with `store=framebuffer`"));
+        }
+        if params.framebuffer == Place::Cached {
+            composable(&params)?;
         }
         let program = Program::new(params.program, params.seed, params.targets);
         let places = match params.store {
@@ -246,6 +279,12 @@ impl Config {
             bits: params.component_bits.bits(),
         };
         let set_up_cycles = VERTICES * params.vertex_cycles;
+        let reads_in_flight = params.reads_in_flight;
+        let ahead = ahead::Config { shader, reads_in_flight, latency: params.outside_latency };
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
+        let (front, port) =
+            front::Config::sharing(screen, place, reads_in_flight, 1, ahead.port())?;
         Ok(Config {
             params,
             walker: walker::Config { screen, set_up_cycles, fragment_cycles: 1 },
@@ -256,13 +295,11 @@ impl Config {
                 sorts,
             },
             shader,
-            ahead: ahead::Config {
-                shader,
-                reads_in_flight: params.reads_in_flight,
-                latency: params.outside_latency,
-            },
+            ahead,
             sort,
             early,
+            front: front.composing(),
+            port,
         })
     }
 
@@ -288,6 +325,11 @@ impl Config {
     #[inline]
     pub fn outside(&self) -> bool {
         self.window().outside
+    }
+
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        self.front.outside_memory(self.ahead.outside_memory(), self.params.outside_latency)
     }
 
     /// The path of the memory in which the F-buffer lies, and how many words it takes there for one of the F-buffer.
@@ -378,6 +420,36 @@ mod tests {
         assert_eq!(
             refused(&[("sorter_lanes", "3")]),
             "parameter `sorter_lanes` is 3: expected a power of two"
+        );
+    }
+
+    #[test]
+    fn nothing_else_looks_at_a_frame_buffer_outside() {
+        let cached = |settings: &[(&str, &str)]| {
+            config(&[&[("framebuffer", "cached")], settings].concat()).map(|cfg| {
+                let memory = cfg.outside_memory().unwrap();
+                memory.tables.into_iter().map(|table| (table.path, table.words)).collect::<Vec<_>>()
+            })
+        };
+        let pixels = ("front.pixels.outside".to_string(), 2 * 307_200);
+        assert_eq!(cached(&[]), Ok(vec![pixels.clone()]));
+        let buffer = ("buffer.outside".to_string(), 1 << 16);
+        assert_eq!(cached(&[("buffer", "outside")]), Ok(vec![buffer, pixels]));
+        for (name, value, expected) in [
+            ("mode", "sort", "shade"),
+            ("store", "framebuffer", "fbuffer"),
+            ("early_depth", "before_window", "off"),
+        ] {
+            assert_eq!(
+                cached(&[(name, value)]).unwrap_err(),
+                format!(
+                    "parameter `{name}` is {value}: expected {expected}, with `framebuffer=cached`"
+                )
+            );
+        }
+        assert_eq!(
+            cached(&[("framebuffer_sets", "3")]).unwrap_err(),
+            "parameter `framebuffer_sets` is 3: expected a power of two"
         );
     }
 

@@ -30,6 +30,9 @@ impl Frame {
     }
 }
 
+/// Where a frame buffer outside lies.
+const FRAMEBUFFER: &str = "front.pixels.outside";
+
 /// See the module's description.
 pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
     let figure = |name| tally.figure(name);
@@ -64,6 +67,13 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
     if single || !cfg.shader.program.kills || !(cfg.plays.sorts || compacts) {
         checks.extend(of_windows(cfg, tally, &frames));
     }
+    if let Some(framebuffer) = tally.memory(FRAMEBUFFER) {
+        checks.push(check(
+            "pixels written outside, both banks after the reset and what the cache gave back",
+            u64::from(cfg.front.pixels().cleared()) + figure("framebuffer_written_back"),
+            framebuffer.info.writes,
+        ));
+    }
     if !cfg.plays.sorts {
         checks.push(check("passes of a sort", 0, figure("sort_passes")));
     } else if frames.iter().all(|frame| frame.windows == 1) && (single || killed == 0) {
@@ -80,10 +90,12 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
     let apart = figure("shaded").saturating_sub(figure("submissions"));
     let shaded = u64::from(cfg.params.fragment_cycles) * apart;
     let come = apart + figure("discarded");
-    let requests = match tally.memory(cfg.memory().0) {
-        Some(buffer) if cfg.outside() => buffer.info.reads + buffer.info.writes,
-        _ => 0,
+    let asked = |path| match tally.memory(path) {
+        Some(memory) => memory.info.reads + memory.info.writes,
+        None => 0,
     };
+    let of_buffer = if cfg.outside() { asked(cfg.memory().0) } else { 0 };
+    let requests = of_buffer + asked(FRAMEBUFFER);
     for least in [vertices, shaded, come, requests] {
         checks.push(check("cycles, at least the largest term", least, least.min(cycles)));
     }

@@ -14,6 +14,8 @@
 //! A frame is played once for each pass of each [window] of fragments. In the last pass fragments are tested and blended
 //! in the order in which they come; before it tests and blending are off, and each fragment leaves its values in its own place
 //! of the F-buffer, where it finds them again in the next pass, as the same fragments come in the same order.
+//!
+//! Where the frame buffer lies in outside memory a fragment is blended as it is tested, by the [front](Front), and there is no compositor.
 
 pub mod ahead;
 pub mod architecture;
@@ -40,7 +42,8 @@ use compositor::Compositor;
 use config::Config;
 use early_test::EarlyTest;
 use pellucid_blocks::front::{self, Front};
-use pellucid_blocks::pixels::Resolve;
+use pellucid_blocks::pixels::{self, Resolve};
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
 use pellucid_machine::primitive::{Format, Primitive};
@@ -147,7 +150,7 @@ pub struct State {
     #[exists(cfg.outside())]
     pub ahead: ahead::State,
     /// See [`front`].
-    #[with(front::Config::on_chip(cfg.walker.screen))]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`sort`].
@@ -158,7 +161,16 @@ pub struct State {
     /// See [`compositor`].
     #[with(cfg.walker.screen)]
     #[block(Compositor)]
+    #[exists(!cfg.front.outside())]
     pub compositor: compositor::State,
+    /// Where the frame buffer lies outside: all fragments of the play are blended.
+    #[exists(cfg.front.outside())]
+    pub ended: bool,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.port.memory().exists())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
@@ -181,8 +193,12 @@ pub struct Mem {
     #[exists(cfg.plays.sorts)]
     pub sort: Optional<sort::Mem>,
     /// See [`front`].
-    #[block(Front, front::Config::on_chip(cfg.walker.screen))]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.port.memory().exists())]
+    pub port: Optional<shared_port::Mem>,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what its blocks did.
@@ -214,12 +230,15 @@ pub struct Out {
     #[width(window::COUNT_BITS)]
     #[exists(cfg.plays.window.counts())]
     pub counted: u32,
-    /// The port to the F-buffer outside.
-    #[with(cfg.ahead.port())]
-    #[exists(cfg.outside())]
+    /// The port to F-buffer and frame buffer outside.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.port.memory().exists())]
     pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -278,7 +297,7 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool)
 
 #[rtl(
     name = "fbuffer",
-    input = InConfig { screen: cfg.walker.screen, outside: cfg.ahead.port() },
+    input = InConfig { screen: cfg.walker.screen, outside: cfg.port.memory() },
     check(FBuffer, crate::test_util::small_fbuffer(&[])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("overflow", "batch"), ("fragment_cycles", "3")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "tint")])),
@@ -288,7 +307,9 @@ fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool)
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact")])),
     check(FBuffer, crate::test_util::small_fbuffer(&[("buffer", "outside")])),
-    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact"), ("buffer", "outside")]))
+    check(FBuffer, crate::test_util::small_fbuffer(&[("program", "sieve"), ("kill", "compact"), ("buffer", "outside")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("framebuffer", "cached")])),
+    check(FBuffer, crate::test_util::small_fbuffer(&[("framebuffer", "cached"), ("buffer", "outside")]))
 )]
 impl Block for FBuffer {
     type Config = Config;
@@ -318,8 +339,12 @@ impl Block for FBuffer {
             survivors.next = ahead.next;
         }
         let running = Shader::moore(&cfg.shader, &q.shader, &()).shaded;
-        let front = Front::moore(&front::Config::on_chip(cfg.walker.screen), &q.front, &m.front);
-        let compositor = Compositor::moore(screen, &q.compositor, &());
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
+        let over = if cfg.front.outside() {
+            q.ended
+        } else {
+            Compositor::moore(screen, &q.compositor, &()).ended
+        };
         let mut sort = sort::Moore { ready: true, gives: false, left: false };
         if cfg.plays.sorts {
             sort = Sort::moore(&cfg.sort, &q.sort, &m.sort);
@@ -366,7 +391,7 @@ impl Block for FBuffer {
                 fragment: Stream { valid: sorting && to_blend.valid, payload: to_blend.payload },
                 number,
                 last: !beyond,
-                over: sorting && compositor.ended,
+                over: sorting && over,
             };
             let sorted = Sort::next(&cfg.sort, &q.sort, &mut d.sort, &mut m.sort, to_sort);
             sort_pass = sorted.pass;
@@ -375,9 +400,24 @@ impl Block for FBuffer {
             }
         }
 
-        let to_compositor = compositor::In { fragment: to_blend, colour: front.colour };
-        let composed =
-            Compositor::next(screen, &q.compositor, &mut d.compositor, &mut (), to_compositor);
+        let mut composed = compositor::Out::default();
+        if cfg.front.outside() {
+            // The depth test has blended it.
+            d.ended = to_blend.valid && to_blend.payload.end;
+            composed.blended = to_blend.valid && !to_blend.payload.end;
+        } else {
+            let to_compositor = compositor::In { fragment: to_blend, colour: front.colour };
+            composed =
+                Compositor::next(screen, &q.compositor, &mut d.compositor, &mut (), to_compositor);
+        }
+
+        // What F-buffer and frame buffer see of the outside memory.
+        let (mut of_ahead, mut of_pixels) = (outside::In::default(), outside::In::default());
+        if cfg.port.memory().exists() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_ahead = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
 
         // Primitives come while the play is open; of those that are not submitted nothing is seen.
         let open =
@@ -393,7 +433,6 @@ impl Block for FBuffer {
                 plays.play.shades,
             );
         }
-        let over = compositor.ended;
         let there = ahead.there;
         let to_window = window::In { fragment, play: plays.play, survivors, there, advance, over };
         let windowed =
@@ -423,7 +462,7 @@ impl Block for FBuffer {
                 taken: windowed.read.valid,
                 reads: plays.play.reads,
                 over,
-                memory: i.outside,
+                memory: of_ahead,
             };
             asked = Ahead::next(&cfg.ahead, &q.ahead, &mut d.ahead, &mut m.ahead, to_ahead);
         } else if cfg.stores() {
@@ -467,7 +506,7 @@ impl Block for FBuffer {
             beyond,
             next_window: window.end,
             left: sort.left,
-            done: plays.finished && !front.status.shows,
+            done: plays.finished && !front.busy,
         };
         let played = Plays::next(&cfg.plays, &q.plays, &mut d.plays, &mut (), to_plays);
 
@@ -484,15 +523,16 @@ impl Block for FBuffer {
             colour_read: composed.colour_read,
             colour_write: composed.colour_write,
             resolve: Resolve::default(),
-            memory: outside::In::default(),
+            memory: of_pixels,
         };
-        let done = Front::next(
-            &front::Config::on_chip(cfg.walker.screen),
-            &q.front,
-            &mut d.front,
-            &mut m.front,
-            to_front,
-        );
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
+
+        let mut outside = outside::Wires::default();
+        if cfg.port.memory().exists() {
+            let to_port =
+                shared_port::In { fragments: asked, pixels: done.request, memory: i.outside };
+            outside = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+        }
 
         let busy = plays.busy || offered;
         Out {
@@ -505,10 +545,8 @@ impl Block for FBuffer {
             shaded: shaded.with(front.status.ready),
             blends: to_blend.with(true),
             counted: window.counted,
-            outside: outside::Wires {
-                request: asked.with(i.outside.ready),
-                response: i.outside.response.with(true),
-            },
+            outside,
+            framebuffer: pixels::Wires { events: done.events },
             events: Events {
                 submitted: offered && !skipped && taken && !ends,
                 shaded: windowed.shaded,
@@ -518,7 +556,7 @@ impl Block for FBuffer {
                 culled: done.culled || tested.culled,
                 killed: gone && advance,
                 blended: composed.blended,
-                play_done: compositor.ended,
+                play_done: over,
                 wasted: played.wasted,
                 sort_pass,
                 scanout: front.status.shows,

@@ -3,7 +3,7 @@
 use super::config::{Config, Store, VERTICES};
 use super::{FBuffer, MachinePhase, Out, PHASES, State};
 use crate::{forms, golden};
-use pellucid_blocks::front::monitor::FrontMonitor;
+use pellucid_blocks::front::monitor::{FramebufferCounters, FrontMonitor};
 use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
 use pellucid_machine::primitive::Primitive;
@@ -46,6 +46,7 @@ pub struct FBufferMonitor {
     phases: PhaseCounts,
     fragments: Fragments,
     own: FBufferCounters,
+    framebuffer: FramebufferCounters,
     frames: u64,
     /// Fragments that this play has shaded.
     of_play: u64,
@@ -116,11 +117,11 @@ impl Machine for FBuffer {
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.ahead.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.ahead.outside_memory()
+        cfg.outside_memory()
     }
 
     fn screen(cfg: &Config) -> Screen {
@@ -138,6 +139,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
             phases: PhaseCounts::default(),
             fragments: Fragments::default(),
             own: FBufferCounters::default(),
+            framebuffer: FramebufferCounters::default(),
             frames: 0,
             of_play: 0,
             killed: 0,
@@ -165,6 +167,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
         self.fragment.observe(o.fragment)?;
         self.shaded.observe(o.shaded)?;
         self.blends.observe(o.blends)?;
+        self.framebuffer.observe(o.framebuffer.events);
         self.request.observe(o.outside.request)?;
         let (own, fragments) = (&mut self.own, &mut self.fragments);
         let first = o.play.draws;
@@ -211,6 +214,8 @@ impl Monitor<FBuffer> for FBufferMonitor {
             memories.set_peak(path, self.most * parts);
         }
         let passes = u64::from(cfg.plays.passes);
+        let mut own = self.own.figures();
+        own.extend(self.framebuffer.figures_of(&cfg.front));
         Tally {
             cycles: self.phases.cycles(PHASES),
             further_cycles: vec![],
@@ -223,7 +228,7 @@ impl Monitor<FBuffer> for FBufferMonitor {
                 * ((passes - 1) * self.own.fragments).saturating_sub(self.spared_at_first),
             seed_bytes: word_bytes * u64::from(cfg.words()),
             seed_bytes_used: word_bytes * words,
-            own: self.own.figures(),
+            own,
             outside: vec![],
         }
     }

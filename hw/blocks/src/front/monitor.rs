@@ -1,6 +1,7 @@
 //! Watches the front of a machine of fragments.
 
 use super::{Config, Out, Phase, State};
+use crate::pixels;
 use crate::scanout::Fsm;
 use crate::sequencer::PHASES;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
@@ -17,6 +18,21 @@ pellucid_sim::counters! {
         framebuffer_misses: "fragments",
         /// Pixels that went back to outside memory.
         framebuffer_written_back: "pixels",
+    }
+}
+
+impl FramebufferCounters {
+    /// One cycle.
+    #[inline(always)]
+    pub fn observe(&mut self, events: pixels::Events) {
+        self.framebuffer_hits += u64::from(events.framebuffer_hit);
+        self.framebuffer_misses += u64::from(events.framebuffer_miss);
+        self.framebuffer_written_back += u64::from(events.framebuffer_write_back);
+    }
+
+    /// What was counted of a frame buffer outside; nothing of one on chip.
+    pub fn figures_of(&self, cfg: &Config) -> Vec<Figure> {
+        if cfg.outside() { self.figures() } else { vec![] }
     }
 }
 
@@ -72,10 +88,7 @@ impl FrontMonitor {
         let Wires { fragment, passed, image, out, shows, again } = wires;
         self.phases.observe(out.phase as u8, shows);
         self.image.observe(image)?;
-        let counted = &mut self.framebuffer;
-        counted.framebuffer_hits += u64::from(out.events.framebuffer_hit);
-        counted.framebuffer_misses += u64::from(out.events.framebuffer_miss);
-        counted.framebuffer_written_back += u64::from(out.events.framebuffer_write_back);
+        self.framebuffer.observe(out.events);
         if out.phase == Phase::Clear {
             return Ok(());
         }
@@ -98,7 +111,7 @@ impl FrontMonitor {
 
     /// What was counted of a frame buffer outside; nothing of one on chip.
     pub fn framebuffer_figures(&self, cfg: &Config) -> Vec<Figure> {
-        if cfg.outside() { self.framebuffer.figures() } else { vec![] }
+        self.framebuffer.figures_of(cfg)
     }
 
     /// The streams, with those of the machine between them.

@@ -23,6 +23,8 @@ pub struct Config {
     pub blended: u32,
     /// What is resolved is compared with its pixel's depth; else it needs the colour alone.
     pub depths: bool,
+    /// Transparent fragments are blended as they come; else they are resolved.
+    pub composes: bool,
 }
 
 impl Config {
@@ -33,12 +35,13 @@ impl Config {
         reads_in_flight: 2,
         blended: 1,
         depths: true,
+        composes: false,
     };
 
     /// With so much on chip. The port is that of both banks alone; see [`Config::behind`].
     pub fn new(screen: Screen, cached: Cached, reads_in_flight: u32, blended: u32) -> Config {
         let table = cached.shape(screen.pixels(), Z_BITS + COLOUR_BITS, reads_in_flight).flushed();
-        Config { screen, table, reads_in_flight, blended, depths: true }
+        Config { screen, table, reads_in_flight, blended, depths: true, composes: false }
     }
     /// The same behind a port with words of `bits` bits, as many as a pixel has at least.
     #[must_use]
@@ -50,6 +53,12 @@ impl Config {
     #[must_use]
     pub fn without_depths(mut self) -> Config {
         self.depths = false;
+        self
+    }
+    /// The same where transparent fragments are blended as they come, so that none is resolved.
+    #[must_use]
+    pub fn composing(mut self) -> Config {
+        self.composes = true;
         self
     }
     /// What is read of it to be resolved.
@@ -70,6 +79,10 @@ impl Config {
     pub fn memory(&self, path: &str) -> Table {
         let Table { path, words, bits } = self.table.table(path);
         Table { path, words: 2 * words, bits }
+    }
+    /// Words that are cleared after a reset: all lines of both banks that have a pixel.
+    pub fn cleared(&self) -> u32 {
+        2 * (self.table.entries + self.table.padding())
     }
     /// A bank.
     #[inline]

@@ -13,10 +13,13 @@
 //! the first that its pixel is to hold; so one that comes behind it asks, too, and sees what it has left, as the table shows
 //! entries in the order of the asks. One fragment a cycle, as long as pixels come; four cycles from input to output for one
 //! whose pixel is not asked for, six for one whose pixel is in the cache.
+//!
+//! Where fragments are blended as they come (`composes`), a transparent one asks as an opaque one does, and leaves the blend of its own
+//! colour and its pixel's there in the cycle in which it is passed on.
 
 use super::config::Config;
 use super::pixel::Pixel;
-use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen, Z_FAR, is_opaque};
+use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen, blend, is_opaque};
 use pellucid_sim::{Block, Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
@@ -110,39 +113,53 @@ pub struct Out {
     pub culled: bool,
 }
 
+/// Whether a fragment may write its pixel.
+#[inline(always)]
+#[rtl]
+fn writes(cfg: &Config, rgba: u32) -> bool {
+    cfg.composes || is_opaque(rgba)
+}
+
 /// Whether a fragment's pixel was asked for.
 #[inline(always)]
 #[rtl]
-fn asked(waiting: Waiting) -> bool {
-    waiting.marked || is_opaque(waiting.fragment.rgba)
+fn asked(cfg: &Config, waiting: Waiting) -> bool {
+    waiting.marked || writes(cfg, waiting.fragment.rgba)
+}
+
+/// What a fragment's pixel holds before it.
+#[inline(always)]
+#[rtl]
+fn below(cfg: &Config, waiting: Waiting, pixel: Read<Pixel>) -> Pixel {
+    if waiting.marked { pixel.data } else { Pixel::clear(&cfg.screen) }
 }
 
 /// Whether what is to be known of the oldest fragment is there.
 #[inline(always)]
 #[rtl]
-fn there(oldest: Stream<Marked<Waiting>>, pixel: Read<Pixel>) -> bool {
-    oldest.valid && (oldest.payload.end || !asked(oldest.payload.item) || pixel.valid)
+fn there(cfg: &Config, oldest: Stream<Marked<Waiting>>, pixel: Read<Pixel>) -> bool {
+    oldest.valid && (oldest.payload.end || !asked(cfg, oldest.payload.item) || pixel.valid)
 }
 
 /// Whether it is in front of what its pixel holds, which is nothing where it is the first.
 #[inline(always)]
 #[rtl]
-fn nearer(waiting: Waiting, pixel: Read<Pixel>) -> bool {
-    let depth = if waiting.marked { pixel.data.depth } else { Z_FAR };
-    waiting.fragment.z < depth
+fn nearer(cfg: &Config, waiting: Waiting, pixel: Read<Pixel>) -> bool {
+    waiting.fragment.z < below(cfg, waiting, pixel).depth
 }
 
 /// What is passed on, before inputs are known: transparent fragments in front, in order, then the end of the frame.
 #[inline(always)]
 #[rtl]
 pub fn passed(
+    cfg: &Config,
     oldest: Stream<Marked<Waiting>>,
     pixel: Read<Pixel>,
 ) -> Stream<Marked<PixelFragment>> {
     let Marked { end, item } = oldest.payload;
-    let in_front = !is_opaque(item.fragment.rgba) && nearer(item, pixel);
+    let in_front = !is_opaque(item.fragment.rgba) && nearer(cfg, item, pixel);
     Stream {
-        valid: there(oldest, pixel) && (end || in_front),
+        valid: there(cfg, oldest, pixel) && (end || in_front),
         payload: Marked { end, item: item.fragment },
     }
 }
@@ -158,7 +175,11 @@ pub struct Mem {
     pub waits: <Waits as Block>::Mem,
 }
 
-#[rtl(check(DepthAhead, super::tests::config(1, 2)), check(DepthAhead, super::tests::config(4, 7)))]
+#[rtl(
+    check(DepthAhead, super::tests::config(1, 2)),
+    check(DepthAhead, super::tests::config(4, 7)),
+    check(DepthAhead, super::tests::config(4, 7).composing())
+)]
 impl Block for DepthAhead {
     type Config = Config;
     type State = State;
@@ -181,26 +202,30 @@ impl Block for DepthAhead {
         let waits = Waits::moore(&cfg.waiting(), &q.waits, &m.waits);
         let Marked { end, item } = waits.front.payload;
         let f = item.fragment;
-        let stalls = passed(waits.front, i.pixel).valid && !i.passed_ready;
-        let leaves = there(waits.front, i.pixel) && !stalls;
+        let stalls = passed(cfg, waits.front, i.pixel).valid && !i.passed_ready;
+        let leaves = there(cfg, waits.front, i.pixel) && !stalls;
         let fragment = leaves && !end;
-        let (opaque, nearer) = (is_opaque(f.rgba), nearer(item, i.pixel));
-        let taken = fragment && asked(item);
+        let (opaque, nearer) = (is_opaque(f.rgba), nearer(cfg, item, i.pixel));
+        let taken = fragment && asked(cfg, item);
         let drawn = fragment && opaque && nearer;
+        let blended = cfg.composes && fragment && !opaque && nearer;
         // The first one is written even if it is at the far plane: its mark is set.
-        let mut pixel = Pixel::clear(&cfg.screen);
+        let mut pixel = below(cfg, item, i.pixel);
         if drawn {
             pixel = Pixel { depth: f.z, colour: f.rgba >> 8 };
+        } else if blended {
+            pixel.colour = blend(f.rgba, pixel.colour);
         }
-        let write = Stream { valid: drawn || (taken && !item.marked), payload: pixel };
+        let changes = drawn || blended || (taken && !item.marked);
+        let write = Stream { valid: changes, payload: pixel };
 
         // Second stage: the mark says whether the pixel is asked for.
         let Marked { end: last, item: next } = q.stage.payload;
         let waiting = Waiting { fragment: next, marked: i.marked.data };
         let goes = q.stage.valid && waits.ready && i.table_ready;
         let comes = goes && !last;
-        let ask = Stream { valid: comes && asked(waiting), payload: next.pixel };
-        let first = comes && is_opaque(next.rgba) && !i.marked.data;
+        let ask = Stream { valid: comes && asked(cfg, waiting), payload: next.pixel };
+        let first = comes && writes(cfg, next.rgba) && !i.marked.data;
         let push = Stream { valid: goes, payload: Marked { end: last, item: waiting } };
         let to_waits = fifo::In { push, pop: leaves };
         Waits::next(&cfg.waiting(), &q.waits, &mut d.waits, &mut m.waits, to_waits);

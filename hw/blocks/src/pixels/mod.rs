@@ -24,6 +24,8 @@
 //! [`Destination`]. The colour that comes of it is written to memory, a word a cycle; while `colour_ready` is low, no further
 //! fragment may go to the blender. A pixel that is written hides everything from then on: its depth is 0.
 //!
+//! Where fragments are blended as they come ([`Config::composing`]) there is nothing to resolve.
+//!
 //! *While it is shown* it is read ahead, too, in the bank that is in the back then. Who draws and who shows take turns. The
 //! banks may change places while it is `drained`.
 //!
@@ -53,7 +55,9 @@ use pellucid_machine::pixel::{
     Arrived, COLOUR_BITS, Fragment, Marked, PixelFragment, Screen, Z_BITS,
 };
 use pellucid_sim::ram::port;
-use pellucid_sim::{Block, Fifo, Memory, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl};
+use pellucid_sim::{
+    Block, Fifo, Memory, Optional, Read, ReadPort, Signals, Stream, WritePort, fifo, rtl,
+};
 use scanout::ScanoutAhead;
 
 /// See the module's description.
@@ -92,14 +96,17 @@ pub struct State {
     pub table: cached_table::State,
     /// Pixels of the front bank that are to be resolved.
     #[with(cfg.resolved())]
+    #[exists(!cfg.composes)]
     #[block(Fetch)]
     pub fetch: fetch::State,
     /// See [`destination`].
     #[with(*cfg)]
+    #[exists(!cfg.composes)]
     #[block(Destination)]
     pub destination: destination::State,
     /// Colours on their way to memory.
     #[with(cfg.writes().depth)]
+    #[exists(!cfg.composes)]
     #[block(Writes, cfg.writes())]
     pub writes: fifo::State,
     /// See [`scanout`].
@@ -126,13 +133,16 @@ pub struct Mem {
     pub table: cached_table::Mem,
     /// Pixels of the front bank that are to be resolved.
     #[block(Fetch, cfg.resolved())]
-    pub fetch: fetch::Mem,
+    #[exists(!cfg.composes)]
+    pub fetch: Optional<fetch::Mem>,
     /// See [`destination`].
     #[block(Destination, *cfg)]
-    pub destination: destination::Mem,
+    #[exists(!cfg.composes)]
+    pub destination: Optional<destination::Mem>,
     /// Colours on their way to memory.
     #[block(Writes, cfg.writes())]
-    pub writes: <Writes as Block>::Mem,
+    #[exists(!cfg.composes)]
+    pub writes: Optional<<Writes as Block>::Mem>,
     /// See [`scanout`].
     #[block(ScanoutAhead, *cfg)]
     pub scanout: scanout::Mem,
@@ -155,12 +165,15 @@ pub struct In {
     pub stored: bool,
     /// What the machine asks and tells while it resolves.
     #[with(cfg.screen)]
+    #[exists(!cfg.composes)]
     pub resolve: Resolve,
     /// The blender takes a pixel's first fragment.
     #[with(cfg.screen.pixel_bits())]
+    #[exists(!cfg.composes)]
     pub colour_read: ReadPort,
     /// Writes a colour, `0xRRGGBB`.
     #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
+    #[exists(!cfg.composes)]
     pub colour_write: WritePort<u32>,
     /// Both banks are being cleared.
     pub clearing: bool,
@@ -226,12 +239,15 @@ pub struct Moore {
     #[with(cfg.screen)]
     pub passed: Stream<Marked<PixelFragment>>,
     /// What the machine sees while it resolves.
+    #[exists(!cfg.composes)]
     pub resolve: Resolved,
     /// The depth of the pixel that was asked for first, once it is there.
     #[with(Z_BITS)]
+    #[exists(!cfg.composes)]
     pub depth: Read<u32>,
     /// The colour of the pixel whose first fragment the blender took.
     #[with(COLOUR_BITS)]
+    #[exists(!cfg.composes)]
     pub colour: Read<u32>,
     /// A pixel that is cleared is taken.
     pub clear_ready: bool,
@@ -309,7 +325,11 @@ fn banked(cfg: &Config, request: Stream<Request>, front_is_b: bool) -> Stream<Re
     asked
 }
 
-#[rtl(check(Pixels, tests::config(1, 2)), check(Pixels, tests::config(4, 7)))]
+#[rtl(
+    check(Pixels, tests::config(1, 2)),
+    check(Pixels, tests::config(4, 7)),
+    check(Pixels, tests::config(4, 7).composing())
+)]
 impl Block for Pixels {
     type Config = Config;
     type State = State;
@@ -322,30 +342,37 @@ impl Block for Pixels {
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let table = Table::moore(&cfg.cached(), &q.table, &m.table);
         let test = DepthAhead::moore(cfg, &q.depth_test, &m.depth_test);
-        let fetch = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
-        let destination = Destination::moore(cfg, &q.destination, &m.destination);
         let scanout = ScanoutAhead::moore(cfg, &q.scanout, &m.scanout);
-        let waiting = Writes::moore(&cfg.writes(), &q.writes, &m.writes).count;
         let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
-        Moore {
+        let mut seen = Moore {
             ready: test.ready,
-            passed: depth_test::passed(test.oldest, table.entry),
-            resolve: Resolved {
+            passed: depth_test::passed(cfg, test.oldest, table.entry),
+            resolve: Resolved::default(),
+            depth: Read::default(),
+            colour: Read::default(),
+            clear_ready: table.clear_ready && turns.ready[0] && turns.ready[1],
+            image: scanout.image,
+            busy: scanout.busy,
+            drained: table.idle && turns.idle,
+        };
+        if !cfg.composes {
+            let fetch = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
+            let destination = Destination::moore(cfg, &q.destination, &m.destination);
+            let waiting = Writes::moore(&cfg.writes(), &q.writes, &m.writes).count;
+            seen.resolve = Resolved {
                 ready: fetch.ready && table.idle,
                 open: destination.open,
                 there: destination.there,
                 colour_ready: waiting <= config::WAITING,
-            },
-            depth: Read {
+            };
+            seen.depth = Read {
                 valid: fetch.pixel.valid && destination.ready,
                 data: fetch.pixel.payload.depth,
-            },
-            colour: Read { valid: true, data: destination.colour },
-            clear_ready: table.clear_ready && turns.ready[0] && turns.ready[1],
-            image: scanout.image,
-            busy: scanout.busy,
-            drained: table.idle && fetch.idle && waiting == 0 && turns.idle,
+            };
+            seen.colour = Read { valid: true, data: destination.colour };
+            seen.drained &= fetch.idle && waiting == 0;
         }
+        seen
     }
 
     #[inline(always)]
@@ -353,9 +380,11 @@ impl Block for Pixels {
         // What every block shows before its inputs are known.
         let marks = Marks::moore(&cfg.screen, &q.marks, &m.marks);
         let table = Table::moore(&cfg.cached(), &q.table, &m.table);
-        let fetched = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
-        let kept = Destination::moore(cfg, &q.destination, &m.destination);
-        let written = Writes::moore(&cfg.writes(), &q.writes, &m.writes).front;
+        let (mut fetching, mut written) = (false, Stream::idle());
+        if !cfg.composes {
+            fetching = !Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch).idle;
+            written = Writes::moore(&cfg.writes(), &q.writes, &m.writes).front;
+        }
         let busy = ScanoutAhead::moore(cfg, &q.scanout, &m.scanout).busy;
         let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
         let draws = arbiter::client(&0, turns, i.memory);
@@ -367,17 +396,17 @@ impl Block for Pixels {
         // Colours go first, then pixels that are read, then the cache. The last two are never under way at once.
         let mut to_fetch_memory = draws;
         to_fetch_memory.ready = draws.ready && !written.valid;
-        to_fetch_memory.response.valid = draws.response.valid && !fetched.idle;
+        to_fetch_memory.response.valid = draws.response.valid && fetching;
         let mut to_table_memory = draws;
         to_table_memory.ready = to_fetch_memory.ready && (!i.clearing || shows.ready);
-        to_table_memory.response.valid = draws.response.valid && fetched.idle;
+        to_table_memory.response.valid = draws.response.valid && !fetching;
 
         // Store: fragments meet their pixels.
         let test = if i.storing {
             let to_test = depth_test::In {
                 fragment: i.fragment,
                 marked: marks.front,
-                table_ready: table.ready && fetched.idle,
+                table_ready: table.ready && !fetching,
                 pixel: table.entry,
                 passed_ready: i.passed_ready,
             };
@@ -396,41 +425,47 @@ impl Block for Pixels {
         let cached = Table::next(&cfg.cached(), &q.table, &mut d.table, &mut m.table, to_table);
 
         // Resolve: depths and colours are read ahead.
-        let depth_there = fetched.pixel.valid && kept.ready;
-        let taken = depth_there && i.resolve.taken;
-        let to_fetch = fetch::In {
-            ask: Stream {
-                valid: i.resolve.ask.valid && table.idle,
-                payload: i.resolve.ask.payload,
-            },
-            marked: marks.front,
-            taken,
-            memory: to_fetch_memory,
-        };
-        let fetch = Fetch::next(&cfg.resolved(), &q.fetch, &mut d.fetch, &mut m.fetch, to_fetch);
-        let to_destination = destination::In {
-            push: Stream { valid: taken && i.resolve.kept, payload: fetched.pixel.payload.colour },
-            comes: i.resolve.comes,
-            visible: i.resolve.visible,
-            last: i.resolve.last,
-            pop: port::read_at(i.colour_read).valid,
-        };
-        Destination::next(
-            cfg,
-            &q.destination,
-            &mut d.destination,
-            &mut m.destination,
-            to_destination,
-        );
-        let (pixel, colour) = (port::written_at(i.colour_write), port::written(i.colour_write));
-        let to_writes = fifo::In {
-            push: Stream {
-                valid: colour.valid,
-                payload: Written { pixel: pixel.payload, colour: colour.payload },
-            },
-            pop: draws.ready,
-        };
-        Writes::next(&cfg.writes(), &q.writes, &mut d.writes, &mut m.writes, to_writes);
+        let mut fetch = fetch::Out::default();
+        let mut coloured = Stream::idle();
+        if !cfg.composes {
+            let fetched = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch).pixel;
+            let kept = Destination::moore(cfg, &q.destination, &m.destination);
+            let taken = fetched.valid && kept.ready && i.resolve.taken;
+            let to_fetch = fetch::In {
+                ask: Stream {
+                    valid: i.resolve.ask.valid && table.idle,
+                    payload: i.resolve.ask.payload,
+                },
+                marked: marks.front,
+                taken,
+                memory: to_fetch_memory,
+            };
+            fetch = Fetch::next(&cfg.resolved(), &q.fetch, &mut d.fetch, &mut m.fetch, to_fetch);
+            let to_destination = destination::In {
+                push: Stream { valid: taken && i.resolve.kept, payload: fetched.payload.colour },
+                comes: i.resolve.comes,
+                visible: i.resolve.visible,
+                last: i.resolve.last,
+                pop: port::read_at(i.colour_read).valid,
+            };
+            Destination::next(
+                cfg,
+                &q.destination,
+                &mut d.destination,
+                &mut m.destination,
+                to_destination,
+            );
+            coloured = port::written_at(i.colour_write);
+            let colour = port::written(i.colour_write);
+            let to_writes = fifo::In {
+                push: Stream {
+                    valid: colour.valid,
+                    payload: Written { pixel: coloured.payload, colour: colour.payload },
+                },
+                pop: draws.ready,
+            };
+            Writes::next(&cfg.writes(), &q.writes, &mut d.writes, &mut m.writes, to_writes);
+        }
 
         // The frame before is shown.
         let shown = if busy || i.show {
@@ -447,7 +482,7 @@ impl Block for Pixels {
 
         let to_marks = marks::In {
             read: [test.mark_read, fetch.mark_read],
-            mark: [test.mark, pixel],
+            mark: [test.mark, coloured],
             back_read: shown.mark_read,
             wipe: shown.wipe,
             clear,

@@ -2,7 +2,7 @@ use super::*;
 use crate::cached_table::Cached;
 use crate::test_util::{Behind, Pattern, Source, pattern, screen};
 use pellucid_machine::outside::Word;
-use pellucid_machine::pixel::{Z_FAR, is_opaque, rgba};
+use pellucid_machine::pixel::{Z_FAR, blend, is_opaque, rgba};
 use pellucid_sim::{Sim, StreamMonitor};
 use proptest::prelude::*;
 use std::collections::VecDeque;
@@ -74,6 +74,9 @@ fn reference(cfg: &Config, frame: &Frame) -> Result {
             (true, false) => r.hidden += 1,
             (false, true) => {
                 let Fragment { z, rgba, label, .. } = *f;
+                if cfg.composes {
+                    r.image[at] = blend(rgba, r.image[at]);
+                }
                 r.passed.push(Marked::item(PixelFragment { pixel, z, rgba, label }));
             }
             (false, false) => r.culled += 1,
@@ -287,6 +290,26 @@ proptest! {
         let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
         let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 3);
         let memory = memory(&cfg, ready, latencies);
+        let (found, _) = play(cfg, &frames, memory, &pace);
+        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
+        prop_assert_eq!(found, expected);
+    }
+
+    /// The same where fragments are blended as they come.
+    #[test]
+    fn composes_as_plain_banks(
+        frames in proptest::collection::vec(fragments(), 1..4),
+        sets in 0u32..2, ways in 0u32..2, line in 0u32..3,
+        reads_in_flight in 2u32..9,
+        ready in pattern(),
+        latencies in proptest::collection::vec(1u64..30, 1..6),
+        pace in pace(),
+    ) {
+        let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
+        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).composing();
+        let memory = memory(&cfg, ready, latencies);
+        let frames: Vec<Frame> =
+            frames.into_iter().map(|fragments| Frame { fragments, visits: vec![] }).collect();
         let (found, _) = play(cfg, &frames, memory, &pace);
         let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
         prop_assert_eq!(found, expected);
