@@ -27,7 +27,7 @@ use config::Config;
 use pellucid_blocks::array::fixed::{self, FixedArrays};
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Status};
-use pellucid_blocks::pixels;
+use pellucid_blocks::pixels::{self, Revisit};
 use pellucid_blocks::rebuild::{self, Step};
 use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
@@ -256,6 +256,7 @@ impl Block for B3d {
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
             resolve,
+            revisit: Revisit::default(),
             memory: of_pixels,
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);

@@ -26,7 +26,7 @@ use crate::blender::Sorted;
 use crate::cached_table::{Cached, Place};
 use crate::depth_test::{self, DepthTest};
 use crate::display::{self, Display};
-use crate::pixels::{self, Pixels, Resolve, Resolved};
+use crate::pixels::{self, Blends, Pixel, Pixels, Resolve, Resolved, Revisit};
 use crate::sequencer::{self, Sequencer};
 pub use crate::sequencer::{PHASES, Phase};
 use crate::shared_port;
@@ -41,6 +41,9 @@ use pellucid_sim::{Block, Memory, Optional, Read, ReadPort, Signals, Stream, Wri
 
 /// See the module's description.
 pub struct Front;
+
+/// The path of a frame buffer in outside memory, among the memories of a machine.
+pub const FRAMEBUFFER: &str = "front.pixels.outside";
 
 /// Where depth and colour of the pixels lie.
 #[derive(Clone, Copy, Debug)]
@@ -82,17 +85,17 @@ impl Config {
         self.pixels = self.pixels.map(pixels::Config::without_depths);
         self
     }
-    /// The same where transparent fragments are blended as they come, and none is resolved.
+    /// The same where transparent fragments are blended at that time.
     #[must_use]
-    pub fn composing(mut self) -> Config {
-        self.pixels = self.pixels.map(pixels::Config::composing);
+    pub fn blending(mut self, blends: Blends) -> Config {
+        self.pixels = self.pixels.map(|pixels| pixels.blending(blends));
         self
     }
     /// What lies outside, where `fragments` do, with a memory of that latency.
     pub fn outside_memory(&self, fragments: Option<Outside>, latency: u32) -> Option<Outside> {
         let Some(pixels) = self.pixels else { return fragments };
         let mut tables = fragments.map_or(vec![], |fragments| fragments.tables);
-        tables.push(pixels.memory("front.pixels.outside"));
+        tables.push(pixels.memory(FRAMEBUFFER));
         Some(Outside { tables, latency })
     }
     /// Whether the frame buffer lies in outside memory.
@@ -233,6 +236,10 @@ pub struct In {
     #[with(cfg.screen)]
     #[exists(cfg.outside())]
     pub resolve: Resolve,
+    /// The same where fragments come again.
+    #[with(cfg.screen)]
+    #[exists(cfg.pixels().revisits())]
+    pub revisit: Revisit,
     /// What the frame buffer sees of outside memory.
     #[with(cfg.port())]
     #[exists(cfg.outside())]
@@ -259,6 +266,13 @@ pub struct Moore {
     /// What the machine sees while it resolves, where the frame buffer lies outside.
     #[exists(cfg.outside())]
     pub resolve: Resolved,
+    /// A fragment that comes again is taken.
+    #[exists(cfg.pixels().revisits())]
+    pub revisits: bool,
+    /// Its pixel, once it is there and until it is done with.
+    #[with(cfg.screen)]
+    #[exists(cfg.pixels().revisits())]
+    pub pixel: Read<Pixel>,
     /// What is drawn may not be shown yet: the frame before still is, or what was drawn is on its way to outside memory.
     pub busy: bool,
 }
@@ -336,6 +350,8 @@ impl Block for Front {
                 colour: pixels.colour,
                 clear,
                 resolve: pixels.resolve,
+                revisits: pixels.ready,
+                pixel: pixels.pixel,
                 busy: pixels.busy || !pixels.drained,
             }
         } else {
@@ -354,6 +370,8 @@ impl Block for Front {
                 colour: display.colour,
                 clear,
                 resolve: Resolved::default(),
+                revisits: false,
+                pixel: Read::default(),
                 busy: display.busy,
             }
         }
@@ -397,6 +415,7 @@ impl Block for Front {
                 passed_ready: i.passed_ready,
                 stored: i.stored,
                 resolve: i.resolve,
+                revisit: i.revisit,
                 colour_read: i.colour_read,
                 colour_write: i.colour_write,
                 clearing: matches!(sequencer.phase, Phase::Clear),

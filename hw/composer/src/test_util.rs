@@ -49,7 +49,7 @@ pub fn composer(engines: u32, scan_line_engines: u32) -> Config<scan_lines::Conf
 pub fn rbuffer_store(queue: u32, outside: Option<u32>) -> store::Config<rbuffer::Config> {
     let overflow = if outside.is_some() { Overflow::Outside } else { Overflow::Replay };
     let outside_queue = outside.unwrap_or_default();
-    let params = Params { queue, overflow, outside_queue, outside_latency: 3 };
+    let params = Params { queue, overflow, outside_queue, outside_latency: 3, ..Params::default() };
     let store = rbuffer::Config::new(screen(7, 3), params).unwrap();
     let walker = walker::Config { screen: store.screen, set_up_cycles: 1, fragment_cycles: 1 };
     store::Config { primitives: 12, walker, store, part: "rbuffer" }

@@ -128,6 +128,7 @@ fn behind() -> impl Strategy<Value = Behind> {
         overflow: if replay { rbuffer::Overflow::Replay } else { rbuffer::Overflow::Outside },
         outside_queue: 400,
         outside_latency: 3,
+        ..rbuffer::Params::default()
     });
     prop_oneof![
         2 => (1u32..=5).prop_map(Behind::ScanLines),

@@ -5,6 +5,7 @@ use crate::window::Places;
 use crate::{ahead, plays, shader, sort, window};
 use pellucid_blocks::bitonic::MAX_LANE_BITS;
 use pellucid_blocks::cached_table::Place;
+use pellucid_blocks::pixels::Blends;
 use pellucid_blocks::{front, shared_port, walker};
 use pellucid_machine::params::{ParamError, Preset, power_of_two};
 use pellucid_machine::pixel::Screen;
@@ -298,7 +299,7 @@ impl Config {
             ahead,
             sort,
             early,
-            front: front.composing(),
+            front: front.blending(Blends::Coming),
             port,
         })
     }

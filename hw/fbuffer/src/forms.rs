@@ -2,6 +2,7 @@
 
 use crate::config::{Config, VERTICES};
 use pellucid_blocks::bitonic;
+use pellucid_blocks::front::monitor::framebuffer_form;
 use pellucid_machine::{Census, Check, Tally};
 
 /// What is known of a frame: N fragments that get a place, in so many windows, which come in so many rounds.
@@ -29,9 +30,6 @@ impl Frame {
         Frame { fragments, windows: windows(fragments), rounds, sorted }
     }
 }
-
-/// Where a frame buffer outside lies.
-const FRAMEBUFFER: &str = "front.pixels.outside";
 
 /// See the module's description.
 pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
@@ -67,13 +65,7 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
     if single || !cfg.shader.program.kills || !(cfg.plays.sorts || compacts) {
         checks.extend(of_windows(cfg, tally, &frames));
     }
-    if let Some(framebuffer) = tally.memory(FRAMEBUFFER) {
-        checks.push(check(
-            "pixels written outside, both banks after the reset and what the cache gave back",
-            u64::from(cfg.front.pixels().cleared()) + figure("framebuffer_written_back"),
-            framebuffer.info.writes,
-        ));
-    }
+    checks.extend(framebuffer_form(&cfg.front, tally));
     if !cfg.plays.sorts {
         checks.push(check("passes of a sort", 0, figure("sort_passes")));
     } else if frames.iter().all(|frame| frame.windows == 1) && (single || killed == 0) {
@@ -90,12 +82,14 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
     let apart = figure("shaded").saturating_sub(figure("submissions"));
     let shaded = u64::from(cfg.params.fragment_cycles) * apart;
     let come = apart + figure("discarded");
-    let asked = |path| match tally.memory(path) {
-        Some(memory) => memory.info.reads + memory.info.writes,
-        None => 0,
+    let mut requests = match tally.memory(cfg.memory().0) {
+        Some(buffer) if cfg.outside() => buffer.info.reads + buffer.info.writes,
+        _ => 0,
     };
-    let of_buffer = if cfg.outside() { asked(cfg.memory().0) } else { 0 };
-    let requests = of_buffer + asked(FRAMEBUFFER);
+    if cfg.front.outside() {
+        let lines = figure("framebuffer_misses") * u64::from(cfg.params.framebuffer_line);
+        requests += lines + figure("framebuffer_written_back");
+    }
     for least in [vertices, shaded, come, requests] {
         checks.push(check("cycles, at least the largest term", least, least.min(cycles)));
     }

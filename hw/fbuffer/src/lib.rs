@@ -42,7 +42,7 @@ use compositor::Compositor;
 use config::Config;
 use early_test::EarlyTest;
 use pellucid_blocks::front::{self, Front};
-use pellucid_blocks::pixels::{self, Resolve};
+use pellucid_blocks::pixels::{self, Resolve, Revisit};
 use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
@@ -523,6 +523,7 @@ impl Block for FBuffer {
             colour_read: composed.colour_read,
             colour_write: composed.colour_write,
             resolve: Resolve::default(),
+            revisit: Revisit::default(),
             memory: of_pixels,
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);

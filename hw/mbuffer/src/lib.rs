@@ -32,7 +32,7 @@ use config::Config;
 use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
-use pellucid_blocks::pixels;
+use pellucid_blocks::pixels::{self, Revisit};
 use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, outside};
@@ -231,6 +231,7 @@ impl<A: Allocator> Block for MBuffer<A> {
             colour_read: sum.colour_read,
             colour_write: sum.colour_write,
             resolve,
+            revisit: Revisit::default(),
             memory: of_pixels,
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);

@@ -29,7 +29,7 @@ use pellucid_blocks::allocator::Bump;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Status};
-use pellucid_blocks::pixels;
+use pellucid_blocks::pixels::{self, Revisit};
 use pellucid_blocks::rebuild::{self, Rebuild, Step};
 use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
@@ -290,6 +290,7 @@ impl Block for Ppll {
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
             resolve,
+            revisit: Revisit::default(),
             memory: of_pixels,
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);

@@ -3,7 +3,9 @@
 use crate::RBuffer;
 use crate::config::{Config, PRESETS, Params};
 use pellucid_machine::Architecture;
-use pellucid_machine::architecture::{Built, Draw, Needs, Parameterised, Setting, about, chosen};
+use pellucid_machine::architecture::{
+    Built, Draw, Needs, Parameterised, Setting, about, chosen, one_of,
+};
 use pellucid_machine::model::Configured;
 use pellucid_machine::params::Parameters;
 use pellucid_machine::pixel::Screen;
@@ -16,7 +18,12 @@ pub static ARCHITECTURE: Architecture = Architecture {
     parameters: Params::list,
     model,
     small,
-    ways: &[&[], &[("overflow", "replay")]],
+    ways: &[
+        &[],
+        &[("overflow", "replay")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "2"), ("framebuffer_line", "4")],
+        &[("framebuffer", "cached"), ("framebuffer_sets", "1"), ("overflow", "replay")],
+    ],
     tight: &[("queue", "80"), ("outside_queue", "400"), ("outside_latency", "9")],
 };
 
@@ -39,5 +46,10 @@ fn small(draw: &mut Draw, needs: Needs) -> Parameterised {
         ("outside_queue", outside.to_string()),
         ("overflow", overflow.to_string()),
         ("outside_latency", draw(1..=20).to_string()),
+        ("reads_in_flight", draw(2..=20).to_string()),
+        ("framebuffer", one_of(draw, &["on_chip", "cached"]).to_string()),
+        ("framebuffer_sets", one_of(draw, &[1, 2, 8]).to_string()),
+        ("framebuffer_ways", one_of(draw, &[1, 2, 4]).to_string()),
+        ("framebuffer_line", one_of(draw, &[1, 2, 4, 16]).to_string()),
     ]
 }

@@ -1,9 +1,12 @@
 //! The R-buffer's parameters, and what the blocks derive from them.
 
 use super::queue;
+use pellucid_blocks::cached_table::Place;
+use pellucid_blocks::pixels::Blends;
+use pellucid_blocks::{front, shared_port};
 use pellucid_machine::params::{ParamError, Preset, too_many_fragments};
 use pellucid_machine::pixel::Screen;
-use pellucid_machine::{choice, parameters};
+use pellucid_machine::{Outside, choice, parameters};
 use pellucid_sim::bits_for;
 
 choice! {
@@ -30,6 +33,16 @@ parameters! {
         outside_queue: u32 = 3_145_728, "fragments", 0..=1 << 28;
         /// From a read request to outside memory to its data.
         outside_latency: u32 = 64, "cycles", 1..=1024;
+        /// Fragments that wait for their pixel, and pixels that are read ahead to be shown (framebuffer=cached).
+        reads_in_flight: u32 = 64, "reads", 2..=4096;
+        /// Where depth and colour of the pixels lie: on chip, or in outside memory with a cache on chip.
+        framebuffer: Place = Place::OnChip, "", ();
+        /// Sets of that cache (framebuffer=cached), a power of two.
+        framebuffer_sets: u32 = 256, "sets", 1..=1 << 16;
+        /// Lines of a set, a power of two.
+        framebuffer_ways: u32 = 4, "lines", 1..=8;
+        /// Pixels of a line, a power of two.
+        framebuffer_line: u32 = 8, "pixels", 1..=16;
     }
 }
 
@@ -63,13 +76,17 @@ pub struct Config {
     pub queue: queue::Config,
     /// `overflow` is `replay`.
     pub replay: bool,
+    /// The frame buffer.
+    pub front: front::Config,
+    /// The port to what lies outside.
+    pub port: shared_port::Config,
 }
 
 impl Config {
     /// Checks the parameters against each other.
     ///
     /// # Errors
-    /// If the queue would hold more fragments than a simulation can.
+    /// The queue would hold more fragments than a simulation can, or a number of the cache is no power of two.
     pub fn new(screen: Screen, params: Params) -> Result<Config, ParamError> {
         let replay = params.overflow == Overflow::Replay;
         let (on_chip, latency) = (params.queue, params.outside_latency);
@@ -77,7 +94,17 @@ impl Config {
         let fragments = u64::from(on_chip) + u64::from(outside);
         too_many_fragments("`queue` + `outside_queue`", fragments)?;
         let queue = queue::Config { on_chip, outside, latency, screen };
-        Ok(Config { screen, params, queue, replay })
+        let lines = [params.framebuffer_sets, params.framebuffer_ways, params.framebuffer_line];
+        let place = (params.framebuffer, lines);
+        let reads = params.reads_in_flight;
+        let (front, port) = front::Config::sharing(screen, place, reads, 1, queue.port())?;
+        let front = front.blending(Blends::Revisiting);
+        Ok(Config { screen, params, queue, replay, front, port })
+    }
+
+    /// What lies outside.
+    pub fn outside_memory(&self) -> Option<Outside> {
+        self.front.outside_memory(self.queue.outside_memory(), self.params.outside_latency)
     }
 
     /// All fragments that the queue holds.

@@ -21,6 +21,9 @@
 //! and `overflow=replay`, those of one band of pixels after the other, each time that the frame is sent. Then
 //! pass follows pass: all that is in the queue goes through the selector once, the farthest fragment of each
 //! pixel is blended, and the rest goes back. Nothing has to be cleared between frames.
+//!
+//! Where the frame buffer lies in outside memory what leaves the queue goes through the [front](Front), which brings its pixel, to the
+//! selector, which blends it: there is no blender.
 
 pub mod architecture;
 pub mod config;
@@ -37,11 +40,12 @@ use config::Config;
 use passes::Passes;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::front::{self, Front, Phase, Status};
-use pellucid_blocks::pixels::Resolve;
+use pellucid_blocks::pixels::{self, Resolve, Revisit};
+use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
 use pellucid_machine::{FragmentIn, InConfig, outside};
 use pellucid_sim::Block;
-use pellucid_sim::{Handshake, Memory, Signals, Stream, rtl};
+use pellucid_sim::{Handshake, Memory, Optional, Read, Signals, Stream, rtl};
 use queue::Queue;
 use rounds::Rounds;
 use selector::Selector;
@@ -54,7 +58,7 @@ pub struct RBuffer;
 #[derive(Clone, Copy, Debug, Signals)]
 pub struct State {
     /// See [`front`].
-    #[with(front::Config::on_chip(cfg.screen))]
+    #[with(cfg.front)]
     #[block(Front)]
     pub front: front::State,
     /// See [`rounds`].
@@ -77,14 +81,23 @@ pub struct State {
     /// See [`blender`].
     #[with(cfg.screen.pixel_bits())]
     #[block(Blender)]
+    #[exists(!cfg.front.outside())]
     pub blender: blender::State,
+    /// Where the frame buffer lies outside: the frame's last fragment was blended in the cycle before.
+    #[exists(cfg.front.outside())]
+    pub blended: bool,
+    /// See [`shared_port`].
+    #[with(cfg.port)]
+    #[exists(cfg.port.memory().exists())]
+    #[block(SharedPort)]
+    pub port: shared_port::State,
 }
 
 /// Memories.
 #[derive(Memory)]
 pub struct Mem {
     /// See [`front`].
-    #[block(Front, front::Config::on_chip(cfg.screen))]
+    #[block(Front, cfg.front)]
     pub front: front::Mem,
     /// See [`selector`].
     #[block(Selector, *cfg)]
@@ -92,6 +105,10 @@ pub struct Mem {
     /// See [`queue`].
     #[block(Queue, cfg.queue)]
     pub queue: queue::Mem,
+    /// See [`shared_port`].
+    #[block(SharedPort, cfg.port)]
+    #[exists(cfg.port.memory().exists())]
+    pub port: Optional<shared_port::Mem>,
 }
 
 /// What can be seen of the machine in a cycle: its ports, the streams between its blocks, and what
@@ -120,12 +137,15 @@ pub struct Out {
     /// Fragments in each pixel's blending order.
     #[with(cfg.screen.pixel_bits())]
     pub picked: Handshake<Marked<Sorted>>,
-    /// The port to the part of the queue outside.
-    #[with(cfg.queue.port())]
-    #[exists(cfg.queue.port().exists())]
+    /// The port to what lies outside of queue and frame buffer.
+    #[with(cfg.port.memory())]
+    #[exists(cfg.port.memory().exists())]
     pub outside: outside::Wires,
     /// What happened.
     pub events: Events,
+    /// What can be seen of a frame buffer outside.
+    #[exists(cfg.front.outside())]
+    pub framebuffer: pixels::Wires,
 }
 
 /// What happened in a cycle, one wire each.
@@ -161,12 +181,14 @@ pub struct Events {
 
 #[rtl(
     name = "rbuffer",
-    input = InConfig { screen: cfg.screen, outside: cfg.queue.port() },
+    input = InConfig { screen: cfg.screen, outside: cfg.port.memory() },
     moore = (),
     output = *cfg,
     check(RBuffer, crate::test_util::small_rbuffer(4, Some(7))),
     check(RBuffer, crate::test_util::small_rbuffer(9, Some(0))),
-    check(RBuffer, crate::test_util::small_rbuffer(4, None))
+    check(RBuffer, crate::test_util::small_rbuffer(4, None)),
+    check(RBuffer, crate::test_util::framebuffer_outside(4, Some(7))),
+    check(RBuffer, crate::test_util::framebuffer_outside(4, None))
 )]
 impl Block for RBuffer {
     type Config = Config;
@@ -178,7 +200,7 @@ impl Block for RBuffer {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
-        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front).status;
+        let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         let replay = if cfg.replay { Rounds::moore(cfg, &q.rounds, &()).replay } else { false };
         Status { replay, ..front }
     }
@@ -188,7 +210,7 @@ impl Block for RBuffer {
         let screen = &cfg.screen;
 
         // What every block shows before its inputs are known.
-        let front = Front::moore(&front::Config::on_chip(cfg.screen), &q.front, &m.front);
+        let front = Front::moore(&cfg.front, &q.front, &m.front);
         let selector_ready = Selector::moore(cfg, &q.selector, &m.selector).ready;
         let queue = Queue::moore(&cfg.queue, &q.queue, &m.queue);
         let passes = Passes::moore(&cfg.queue, &q.passes, &());
@@ -197,7 +219,15 @@ impl Block for RBuffer {
         let storing = matches!(front.status.phase, Phase::Store);
         let resolving = matches!(front.status.phase, Phase::Resolve);
 
-        // What comes for the first time, or again.
+        // What queue and frame buffer see of the outside memory.
+        let (mut of_queue, mut of_pixels) = (outside::In::default(), outside::In::default());
+        if cfg.port.memory().exists() {
+            let port = SharedPort::moore(&cfg.port, &q.port, &m.port);
+            of_queue = shared_port::fragments(&cfg.port, port, i.outside);
+            of_pixels = shared_port::pixels(&cfg.port, port, i.outside);
+        }
+
+        // What comes for the first time, or again: to the selector, or by way of a frame buffer outside, which brings its pixel.
         let popped = if passes.end {
             Stream::offer(Marked::end())
         } else {
@@ -206,13 +236,22 @@ impl Block for RBuffer {
                 payload: Marked::item(queue.front.payload),
             }
         };
+        let (mut fragment, mut popped_ready, mut depth) = (popped, selector_ready, front.depth);
+        if cfg.front.outside() {
+            popped_ready = front.revisits;
+            depth = Read { valid: front.pixel.valid, data: front.pixel.data.depth };
+        }
+        if !resolving || cfg.front.outside() {
+            fragment = front.passed;
+        }
         let select = if storing || resolving || front.clear.valid {
             let to_selector = selector::In {
-                fragment: if resolving { popped } else { front.passed },
+                fragment,
                 arrival: !resolving,
                 first_pass: passes.first,
                 parity: passes.parity,
-                depth: front.depth,
+                depth,
+                colour: front.pixel.data.colour,
                 pushed_ready: queue.ready,
                 full: queue.full,
                 round,
@@ -224,8 +263,8 @@ impl Block for RBuffer {
         };
         let stored = select.ended && !resolving;
         let queued = if storing || resolving {
-            let pop = resolving && passes.items && selector_ready;
-            let to_queue = queue::In { push: select.pushed, pop, outside: i.outside };
+            let pop = resolving && passes.items && popped_ready;
+            let to_queue = queue::In { push: select.pushed, pop, outside: of_queue };
             Queue::next(&cfg.queue, &q.queue, &mut d.queue, &mut m.queue, to_queue)
         } else {
             queue::Out::default()
@@ -236,7 +275,7 @@ impl Block for RBuffer {
             let to_passes = passes::In {
                 start: stored,
                 count: queue.count,
-                taken: popped.valid && selector_ready,
+                taken: popped.valid && popped_ready,
                 ended: select.ended,
             };
             Passes::next(&cfg.queue, &q.passes, &mut d.passes, &mut (), to_passes)
@@ -256,12 +295,22 @@ impl Block for RBuffer {
             rounds::Out { ends: false, done: pass.done }
         };
         let picked = if rounds.done { Stream::offer(Marked::end()) } else { select.picked };
-        let blend = if resolving {
+        let mut blend = blender::Out::default();
+        if cfg.front.outside() {
+            // The selector has blended it.
+            d.blended = resolving && rounds.done;
+            blend.blended = select.picked.valid;
+            blend.frame_done = q.blended;
+        } else if resolving {
             let to_blender = blender::In { sorted: picked, colour: front.colour };
-            Blender::next(&screen.pixel_bits(), &q.blender, &mut d.blender, &mut (), to_blender)
-        } else {
-            blender::Out::default()
-        };
+            blend = Blender::next(
+                &screen.pixel_bits(),
+                &q.blender,
+                &mut d.blender,
+                &mut (),
+                to_blender,
+            );
+        }
 
         let to_front = front::In {
             fragment: i.fragment,
@@ -276,30 +325,39 @@ impl Block for RBuffer {
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
             resolve: Resolve::default(),
-            memory: outside::In::default(),
+            revisit: Revisit {
+                on: resolving,
+                fragment: popped,
+                taken: select.taken,
+                write: select.pixel,
+                over: d.blended,
+            },
+            memory: of_pixels,
         };
-        let done = Front::next(
-            &front::Config::on_chip(cfg.screen),
-            &q.front,
-            &mut d.front,
-            &mut m.front,
-            to_front,
-        );
+        let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);
 
+        let mut outside = outside::Wires::default();
+        if cfg.port.memory().exists() {
+            let to_port = shared_port::In {
+                fragments: queued.request,
+                pixels: done.request,
+                memory: i.outside,
+            };
+            outside = SharedPort::next(&cfg.port, &q.port, &mut d.port, &mut m.port, to_port);
+        }
+
+        let mut passed = front.passed;
+        passed.valid &= !(cfg.front.outside() && resolving);
         Out {
             phase: done.phase,
             fragment: i.fragment.with(front.status.ready),
             image: front.status.image.with(i.image_ready),
             replay: round.replay,
-            passed: front.passed.with(selector_ready),
-            popped: popped.with(selector_ready),
+            passed: passed.with(selector_ready),
+            popped: popped.with(popped_ready),
             pushed: select.pushed.with(queue.ready),
             picked: picked.with(true),
-            // What was asked for always finds room.
-            outside: outside::Wires {
-                request: queued.request.with(i.outside.ready),
-                response: i.outside.response.with(true),
-            },
+            outside,
             events: Events {
                 drawn: done.drawn,
                 hidden: done.hidden,
@@ -315,6 +373,7 @@ impl Block for RBuffer {
                 scanout: front.status.shows,
                 frame_done: done.frame_done,
             },
+            framebuffer: pixels::Wires { events: done.events },
         }
     }
 }

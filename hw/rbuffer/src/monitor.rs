@@ -3,7 +3,7 @@
 use super::config::{Config, LEAST_QUEUE};
 use super::{Out, RBuffer, State, selector};
 use pellucid_blocks::blender::Sorted;
-use pellucid_blocks::front::monitor::{FrontMonitor, Wires};
+use pellucid_blocks::front::monitor::{FrontMonitor, Wires, framebuffer_form};
 use pellucid_blocks::front::{self, PHASES, Phase};
 use pellucid_machine::outside::{self, Outside, Request};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen};
@@ -61,6 +61,7 @@ impl Out {
                 hidden: e.hidden,
                 culled: e.culled_early,
                 frame_done: e.frame_done,
+                events: self.framebuffer.events,
                 ..front::Out::default()
             },
             shows: e.scanout,
@@ -105,7 +106,7 @@ impl Machine for RBuffer {
     }
 
     pellucid_blocks::front_alone! {
-        |cfg, q, d, m, clear| false, selector::clear_alone(cfg, &q.selector, &mut d.selector, &mut m.selector, clear)
+        |cfg, q, d, m, clear| cfg.front.outside(), selector::clear_alone(cfg, &q.selector, &mut d.selector, &mut m.selector, clear)
     }
 
     fn arithmetic(_: &Config) -> Arithmetic {
@@ -124,11 +125,11 @@ impl Machine for RBuffer {
     }
 
     fn port(cfg: &Config) -> outside::Config {
-        cfg.queue.port()
+        cfg.port.memory()
     }
 
     fn outside(cfg: &Config) -> Option<Outside> {
-        cfg.queue.outside_memory()
+        cfg.outside_memory()
     }
 
     fn room(cfg: &Config, frame: &Census) -> Option<Room> {
@@ -145,24 +146,24 @@ impl Machine for RBuffer {
         cfg.screen
     }
 
-    fn closed_forms(_: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
+    fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check> {
         let figure = |name| tally.figure(name);
         let check = |what, expected, found| Check { what, expected, found };
-        let queued = check(
+        let mut checks: Vec<Check> = framebuffer_form(&cfg.front, tally).into_iter().collect();
+        checks.push(check(
             "fragments queued: blended, culled late or thrown away",
             tally.fragments.blended + figure("culled_late") + figure("thrown_away"),
             figure("queued"),
-        );
+        ));
         // Where an opaque fragment came after those that it hides, passes depend on the order; where a
         // frame is sent again, on what fits.
         if figure("culled_late") > 0 || figure("replayed") > 0 {
-            return vec![queued];
+            return checks;
         }
         let census = Census::together(frames);
         let popped = census.layers().map(|(n, i)| n * i * (i + 1) / 2).sum();
         let most = frames.iter().map(|frame| frame.stored).max().unwrap_or(0);
-        vec![
-            queued,
+        checks.extend([
             check(
                 "passes: layers of the deepest pixel",
                 frames.iter().map(Census::deepest).sum(),
@@ -180,7 +181,8 @@ impl Machine for RBuffer {
                 2 * census.stored + 2 * popped,
                 tally.seed_accesses,
             ),
-        ]
+        ]);
+        checks
     }
 }
 
@@ -202,7 +204,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
     }
 
     #[inline(always)]
-    fn observe(&mut self, _: &Config, q: &State, o: &Out) -> Result<(), Violation> {
+    fn observe(&mut self, cfg: &Config, q: &State, o: &Out) -> Result<(), Violation> {
         let e = &o.events;
         self.front.observe(o.front())?;
         // What is hidden counts in the round that blends its pixel.
@@ -211,13 +213,16 @@ impl Monitor<RBuffer> for RBufferMonitor {
         } else if e.round_ends || e.frame_done {
             self.own.culled_early += std::mem::take(&mut self.hidden_in_band);
         }
-        if o.phase == Phase::Clear || o.phase == Phase::Wait {
+        if o.phase == Phase::Clear {
+            return Ok(());
+        }
+        self.request.observe(o.outside.request)?;
+        if o.phase == Phase::Wait {
             return Ok(());
         }
         self.popped.observe(o.popped)?;
         self.pushed.observe(o.pushed)?;
         self.picked.observe(o.picked)?;
-        self.request.observe(o.outside.request)?;
 
         let resolve = o.phase == Phase::Resolve;
         let pushed = u64::from(o.pushed.fires());
@@ -235,7 +240,11 @@ impl Monitor<RBuffer> for RBufferMonitor {
         own.failed_rounds += u64::from(e.round_failed);
         let passed = o.passed.fires() && !o.passed.payload.end;
         self.passed += u64::from(passed && !e.again);
-        let pixel = q.front.depth_test.stage.payload.item.pixel;
+        let pixel = if cfg.front.outside() {
+            o.passed.payload.item.pixel
+        } else {
+            q.front.depth_test.stage.payload.item.pixel
+        };
         let in_band = (q.rounds.from..q.rounds.to).contains(&pixel);
         self.hidden_in_band += u64::from(e.culled_early && in_band);
         if resolve {
@@ -272,6 +281,8 @@ impl Monitor<RBuffer> for RBufferMonitor {
             ..self.own
         };
         let f = &self.fragments;
+        let mut figures = own.figures();
+        figures.extend(self.front.framebuffer_figures(&cfg.front));
         let mut memories = Memories::new(memories);
         if cfg.queue.port().exists() {
             memories.set_peak("queue.outside", self.peak_outside.into());
@@ -293,7 +304,7 @@ impl Monitor<RBuffer> for RBufferMonitor {
             seed_accesses: own.queued + 2 * own.popped + f.blended,
             seed_bytes: seed_bytes(cfg, cfg.capacity()),
             seed_bytes_used: seed_bytes(cfg, own.peak_queue),
-            own: own.figures(),
+            own: figures,
             outside: vec![],
         }
     }

@@ -26,13 +26,17 @@
 //! | | the pixel has none, z is not in front of the opaque depth | it is culled |
 //! | | otherwise | push; Z2 = max(Z2, z) |
 //!
+//! Where the frame buffer lies in outside memory a fragment of a pass waits until its pixel's depth and colour are there, and says
+//! when it is done with them (`taken`) and what they are from then on: a fragment that is picked is blended in that cycle.
+//!
 //! A pixel has a target but in a first pass in which Z2 is not in front of the opaque depth: an opaque
 //! fragment that came later hides its farthest ones. That pass only culls.
 
 use super::config::Config;
 use super::rounds;
 use pellucid_blocks::blender::Sorted;
-use pellucid_machine::pixel::{Marked, PixelFragment, Screen, Z_BITS};
+use pellucid_blocks::pixels::Pixel;
+use pellucid_machine::pixel::{COLOUR_BITS, Marked, PixelFragment, Screen, Z_BITS, blend};
 use pellucid_sim::Block;
 use pellucid_sim::{
     Fifo, Memory, Ram1R1W, Read, ReadDuringWrite, ReadPort, Signals, Stream, WritePort, fifo, rtl,
@@ -77,9 +81,13 @@ pub struct In {
     pub first_pass: bool,
     /// Parity of the pass; arrivals have that of the last one.
     pub parity: bool,
-    /// The depth that was asked for.
+    /// The depth that was asked for. Where the frame buffer lies outside, once it is there.
     #[with(Z_BITS)]
     pub depth: Read<u32>,
+    /// The colour that comes with it there, `0xRRGGBB`.
+    #[width(COLOUR_BITS)]
+    #[exists(cfg.front.outside())]
+    pub colour: u32,
     /// The queue takes a fragment.
     pub pushed_ready: bool,
     /// The queue has no room and will have none while fragments arrive.
@@ -108,6 +116,13 @@ pub struct Out {
     /// Writes a pixel's depth.
     #[with(cfg.screen.pixel_bits(), Z_BITS)]
     pub depth_write: WritePort<u32>,
+    /// The pixel at hand is done with.
+    #[exists(cfg.front.outside())]
+    pub taken: bool,
+    /// What it holds from now on.
+    #[with(cfg.screen)]
+    #[exists(cfg.front.outside())]
+    pub pixel: Stream<Pixel>,
     /// What goes into the queue.
     #[with(cfg.screen)]
     pub pushed: Stream<PixelFragment>,
@@ -187,7 +202,8 @@ impl Block for Selector {
         // Second stage: what is known of the pixel is at hand.
         let (pixel, farthest, depth) = (m.pixels.q().data, m.farthest.q().data, i.depth.data);
         let end = q.stage.valid && q.stage.payload.end;
-        let fragment = q.stage.valid && !end;
+        let waits = cfg.front.outside() && !i.arrival && !i.depth.valid;
+        let fragment = q.stage.valid && !end && !waits;
         let f = q.stage.payload.item;
         let fresh = pixel.parity != i.parity;
         let has_target = if fresh { !i.first_pass || farthest < depth } else { pixel.target };
@@ -207,14 +223,15 @@ impl Block for Selector {
         let stays = fragment && !picked && !culled && !passed_over;
         let full = stays && i.arrival && i.full;
         let push = stays && !full;
-        let stall = push && !i.pushed_ready;
-        if fragment && !stall && !full && !passed_over {
+        let held = push && !i.pushed_ready;
+        let stall = held || (q.stage.valid && !end && waits);
+        if fragment && !held && !full && !passed_over {
             let before = if fresh && !i.arrival { 0 } else { farthest };
             let now = if push && f.z > before { f.z } else { before };
             let known = PixelState { parity: i.parity, target, blended: blended || picked };
             m.pixels.write(f.pixel, known);
             m.farthest.write(f.pixel, now);
-            if fresh && target {
+            if fresh && target && !cfg.front.outside() {
                 depth_write.write(f.pixel, z1);
             }
         } else if fragment && round.failed && !i.arrival {
@@ -230,7 +247,7 @@ impl Block for Selector {
             if front.valid && !front.payload.end {
                 m.pixels.read(front.payload.item.pixel);
                 m.farthest.read(front.payload.item.pixel);
-                if !i.arrival {
+                if !i.arrival && !cfg.front.outside() {
                     depth_read.read(front.payload.item.pixel);
                 }
             }
@@ -243,10 +260,18 @@ impl Block for Selector {
             m.farthest.write(i.clear.payload, 0);
         }
 
+        let mut colour = i.colour;
+        if picked {
+            colour = blend(f.rgba, i.colour);
+        }
+        let taken = cfg.front.outside() && fragment && !i.arrival && !held;
+        let changes = taken && (picked || (fresh && target && !passed_over));
         let sorted = Sorted { pixel: f.pixel, rgba: f.rgba, last: true, label: f.label };
         Out {
             depth_read,
             depth_write,
+            taken,
+            pixel: Stream { valid: changes, payload: Pixel { depth: z1, colour } },
             pushed: Stream { valid: push, payload: f },
             picked: Stream { valid: picked, payload: Marked::item(sorted) },
             ended: end,

@@ -2,6 +2,7 @@
 
 use pellucid_machine::architecture::Parameterised;
 use pellucid_machine::pixel::{Fragment, Screen, Z_FAR};
+use pellucid_machine_properties::framebuffers::lines_come_once;
 use pellucid_machine_properties::frames::{
     ENOUGH, Setup, check_drops, effort, fragments, one_frame, screens, tried,
 };
@@ -25,8 +26,11 @@ fn queue(on_chip: u32, outside: u32) -> Parameterised {
 
 /// A machine that asks for a frame again.
 fn replaying(screen: Screen, queue: u32) -> Setup {
-    let parameters = vec![("queue", queue.to_string()), ("overflow", "replay".to_string())];
-    Setup::free(&ARCHITECTURE, screen, parameters)
+    Setup::free(&ARCHITECTURE, screen, with_replay(queue))
+}
+
+fn with_replay(queue: u32) -> Parameterised {
+    vec![("queue", queue.to_string()), ("overflow", "replay".to_string())]
 }
 
 /// Which fragments of a frame find no place in a queue of `places`.
@@ -221,4 +225,12 @@ fn a_pixel_among_others_that_does_not_fit_is_cut() {
     }
     assert_eq!(dropped.iter().filter(|dropped| **dropped).count(), 55);
     check_drops(&setup, &frame, &dropped).unwrap();
+}
+
+#[test]
+fn a_frame_buffer_outside_costs_words_and_no_latency() {
+    for (on_chip, outside) in [(2048, 0), (128, 2048)] {
+        lines_come_once(&ARCHITECTURE, &queue(on_chip, outside));
+    }
+    lines_come_once(&ARCHITECTURE, &with_replay(512));
 }

@@ -28,7 +28,7 @@ use pellucid_blocks::allocator::Allocator;
 use pellucid_blocks::blender::{self, Blender, Sorted};
 use pellucid_blocks::chains::{self, Chains};
 use pellucid_blocks::front::{self, Front, Phase, Status};
-use pellucid_blocks::pixels;
+use pellucid_blocks::pixels::{self, Revisit};
 use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::sorter::{self, Sorter};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
@@ -211,6 +211,7 @@ impl<A: Allocator> Block for TBuffer<A> {
             colour_read: blend.colour_read,
             colour_write: blend.colour_write,
             resolve: pixels::arriving(chains.resolve, stored.arrived, arrived_ready),
+            revisit: Revisit::default(),
             memory: of_pixels,
         };
         let done = Front::next(&cfg.front, &q.front, &mut d.front, &mut m.front, to_front);

@@ -3,6 +3,7 @@
 //! `machine_properties!(ARCHITECTURE)` makes the tests of an architecture; [`frames`] has what they and an architecture's
 //! own tests are made of.
 
+pub mod framebuffers;
 pub mod frames;
 pub mod presets;
 pub mod properties;

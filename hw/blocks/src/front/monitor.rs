@@ -1,11 +1,11 @@
 //! Watches the front of a machine of fragments.
 
-use super::{Config, Out, Phase, State};
+use super::{Config, FRAMEBUFFER, Out, Phase, State};
 use crate::pixels;
 use crate::scanout::Fsm;
 use crate::sequencer::PHASES;
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment};
-use pellucid_machine::{Cycles, Fragments, PhaseCounts, Seen, seen};
+use pellucid_machine::{Check, Cycles, Fragments, PhaseCounts, Seen, Tally, seen};
 use pellucid_sim::signals::state_name;
 use pellucid_sim::{Figure, Figures, Handshake, StreamMonitor, Violation};
 
@@ -34,6 +34,16 @@ impl FramebufferCounters {
     pub fn figures_of(&self, cfg: &Config) -> Vec<Figure> {
         if cfg.outside() { self.figures() } else { vec![] }
     }
+}
+
+/// Pixels that were written to a frame buffer outside, where a machine writes none but those of the cache.
+pub fn framebuffer_form(cfg: &Config, tally: &Tally) -> Option<Check> {
+    let memory = tally.memory(FRAMEBUFFER)?;
+    Some(Check {
+        what: "pixels written outside, both banks after the reset and what the cache gave back",
+        expected: u64::from(cfg.pixels().cleared()) + tally.figure("framebuffer_written_back"),
+        found: memory.info.writes,
+    })
 }
 
 /// The wires of a front in a cycle.

@@ -10,6 +10,17 @@ use pellucid_sim::fifo;
 /// Colours that wait for memory while further ones may come.
 pub(super) const WAITING: u32 = 8;
 
+/// When transparent fragments are blended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blends {
+    /// Once all of the frame are stored, pixel by pixel.
+    Resolved,
+    /// As they come.
+    Coming,
+    /// Once all are stored, fragment by fragment, and those of a pixel come again and again.
+    Revisiting,
+}
+
 /// Everything that the blocks need to know.
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
@@ -23,8 +34,8 @@ pub struct Config {
     pub blended: u32,
     /// What is resolved is compared with its pixel's depth; else it needs the colour alone.
     pub depths: bool,
-    /// Transparent fragments are blended as they come; else they are resolved.
-    pub composes: bool,
+    /// When transparent fragments are blended.
+    pub blends: Blends,
 }
 
 impl Config {
@@ -35,13 +46,13 @@ impl Config {
         reads_in_flight: 2,
         blended: 1,
         depths: true,
-        composes: false,
+        blends: Blends::Resolved,
     };
 
     /// With so much on chip. The port is that of both banks alone; see [`Config::behind`].
     pub fn new(screen: Screen, cached: Cached, reads_in_flight: u32, blended: u32) -> Config {
         let table = cached.shape(screen.pixels(), Z_BITS + COLOUR_BITS, reads_in_flight).flushed();
-        Config { screen, table, reads_in_flight, blended, depths: true, composes: false }
+        Config { screen, table, reads_in_flight, blended, depths: true, blends: Blends::Resolved }
     }
     /// The same behind a port with words of `bits` bits, as many as a pixel has at least.
     #[must_use]
@@ -55,11 +66,26 @@ impl Config {
         self.depths = false;
         self
     }
-    /// The same where transparent fragments are blended as they come, so that none is resolved.
+    /// The same where transparent fragments are blended at that time.
     #[must_use]
-    pub fn composing(mut self) -> Config {
-        self.composes = true;
+    pub fn blending(mut self, blends: Blends) -> Config {
+        self.blends = blends;
         self
+    }
+    /// Pixels are resolved, each once.
+    #[inline]
+    pub fn resolves(&self) -> bool {
+        self.blends == Blends::Resolved
+    }
+    /// Fragments are blended as they come.
+    #[inline]
+    pub fn composes(&self) -> bool {
+        self.blends == Blends::Coming
+    }
+    /// Fragments come again to be blended.
+    #[inline]
+    pub fn revisits(&self) -> bool {
+        self.blends == Blends::Revisiting
     }
     /// What is read of it to be resolved.
     #[inline]
@@ -109,6 +135,11 @@ impl Config {
     #[inline]
     pub(super) fn waiting(&self) -> fifo::Config<Screen> {
         fifo::Config { depth: self.table.ahead(), item: self.screen }
+    }
+    /// Those of which is kept whether their pixel holds something, until they are done with it.
+    #[inline]
+    pub(super) fn firsts(&self) -> fifo::Config<()> {
+        fifo::Config { depth: self.table.ahead(), item: () }
     }
     /// Pixels whose fragments will arrive: as many as there may be fragments on their way, so that none waits for another.
     #[inline]

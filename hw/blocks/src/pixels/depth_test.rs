@@ -14,13 +14,16 @@
 //! entries in the order of the asks. One fragment a cycle, as long as pixels come; four cycles from input to output for one
 //! whose pixel is not asked for, six for one whose pixel is in the cache.
 //!
-//! Where fragments are blended as they come (`composes`), a transparent one asks as an opaque one does, and leaves the blend of its own
+//! Where fragments are blended [as they come](super::Blends::Coming), a transparent one asks as an opaque one does, and leaves the blend of its own
 //! colour and its pixel's there in the cycle in which it is passed on.
+//!
+//! Where they come [`again`](In::again), to be blended after all of them were tested, each asks for its pixel, and is passed on at once
+//! and without a test. The [pixel](revisited) is shown until its receiver is done with it, and says what it holds then.
 
 use super::config::Config;
 use super::pixel::Pixel;
-use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, Screen, blend, is_opaque};
-use pellucid_sim::{Block, Fifo, Memory, Read, ReadPort, Signals, Stream, fifo, rtl};
+use pellucid_machine::pixel::{Marked, PixelFragment, Screen, blend, is_opaque};
+use pellucid_sim::{Block, Fifo, Memory, Optional, Read, ReadPort, Signals, Stream, fifo, rtl};
 
 /// See the module's description.
 pub struct DepthAhead;
@@ -38,8 +41,9 @@ pub struct Waiting {
 
 const QUEUE_DEPTH: u32 = 2;
 
-type Queue = Fifo<Marked<Fragment>>;
+type Queue = Fifo<Marked<PixelFragment>>;
 type Waits = Fifo<Marked<Waiting>>;
+type Firsts = Fifo<bool>;
 
 fn queue(cfg: &Config) -> fifo::Config<Screen> {
     fifo::Config { depth: QUEUE_DEPTH, item: cfg.screen }
@@ -59,6 +63,14 @@ pub struct State {
     #[with(cfg.waiting().depth)]
     #[block(Waits, cfg.waiting())]
     pub waits: fifo::State,
+    /// Fragments come again.
+    #[exists(cfg.revisits())]
+    pub again: bool,
+    /// Of those that came again and are not done with their pixel, whether it holds nothing yet.
+    #[with(cfg.firsts().depth)]
+    #[exists(cfg.revisits())]
+    #[block(Firsts, cfg.firsts())]
+    pub firsts: fifo::State,
 }
 
 /// Inputs.
@@ -66,7 +78,17 @@ pub struct State {
 pub struct In {
     /// Fragments in arrival order, then the end of the frame.
     #[with(cfg.screen)]
-    pub fragment: Stream<Marked<Fragment>>,
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// They come again, to be blended.
+    #[exists(cfg.revisits())]
+    pub again: bool,
+    /// The pixel of one that came again is done with.
+    #[exists(cfg.revisits())]
+    pub taken: bool,
+    /// What it holds from now on.
+    #[with(cfg.screen)]
+    #[exists(cfg.revisits())]
+    pub write: Stream<Pixel>,
     /// The mark that was asked for.
     pub marked: Read<bool>,
     /// The table takes an ask.
@@ -86,6 +108,12 @@ pub struct Moore {
     /// The fragment that was there first: see [`passed`].
     #[with(cfg.screen)]
     pub oldest: Stream<Marked<Waiting>>,
+    /// Fragments come again.
+    #[exists(cfg.revisits())]
+    pub again: bool,
+    /// Whether the pixel of the first of these that is not done with it holds nothing yet.
+    #[exists(cfg.revisits())]
+    pub first: Stream<bool>,
 }
 
 /// Outputs. The default is what the unit shows while it is not clocked.
@@ -117,7 +145,7 @@ pub struct Out {
 #[inline(always)]
 #[rtl]
 fn writes(cfg: &Config, rgba: u32) -> bool {
-    cfg.composes || is_opaque(rgba)
+    cfg.composes() || is_opaque(rgba)
 }
 
 /// Whether a fragment's pixel was asked for.
@@ -151,17 +179,23 @@ fn nearer(cfg: &Config, waiting: Waiting, pixel: Read<Pixel>) -> bool {
 /// What is passed on, before inputs are known: transparent fragments in front, in order, then the end of the frame.
 #[inline(always)]
 #[rtl]
-pub fn passed(
-    cfg: &Config,
-    oldest: Stream<Marked<Waiting>>,
-    pixel: Read<Pixel>,
-) -> Stream<Marked<PixelFragment>> {
+pub fn passed(cfg: &Config, seen: Moore, pixel: Read<Pixel>) -> Stream<Marked<PixelFragment>> {
+    let oldest = seen.oldest;
     let Marked { end, item } = oldest.payload;
     let in_front = !is_opaque(item.fragment.rgba) && nearer(cfg, item, pixel);
-    Stream {
-        valid: there(cfg, oldest, pixel) && (end || in_front),
-        payload: Marked { end, item: item.fragment },
+    let mut valid = there(cfg, oldest, pixel) && (end || in_front);
+    if cfg.revisits() && seen.again {
+        valid = oldest.valid;
     }
+    Stream { valid, payload: Marked { end, item: item.fragment } }
+}
+
+/// What the pixel holds of the first fragment that came again and is not done with it.
+#[inline(always)]
+#[rtl]
+pub fn revisited(cfg: &Config, seen: Moore, pixel: Read<Pixel>) -> Read<Pixel> {
+    let data = if seen.first.payload { Pixel::clear(&cfg.screen) } else { pixel.data };
+    Read { valid: seen.again && pixel.valid, data }
 }
 
 /// Memories.
@@ -173,12 +207,17 @@ pub struct Mem {
     /// Fragments that wait for their pixel.
     #[block(Waits, cfg.waiting())]
     pub waits: <Waits as Block>::Mem,
+    /// Whether pixels hold nothing yet.
+    #[block(Firsts, cfg.firsts())]
+    #[exists(cfg.revisits())]
+    pub firsts: Optional<<Firsts as Block>::Mem>,
 }
 
 #[rtl(
     check(DepthAhead, super::tests::config(1, 2)),
     check(DepthAhead, super::tests::config(4, 7)),
-    check(DepthAhead, super::tests::config(4, 7).composing())
+    check(DepthAhead, super::tests::config(4, 7).blending(super::Blends::Coming)),
+    check(DepthAhead, super::tests::config(4, 7).blending(super::Blends::Revisiting))
 )]
 impl Block for DepthAhead {
     type Config = Config;
@@ -190,25 +229,34 @@ impl Block for DepthAhead {
 
     #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
+        let mut first = Stream::idle();
+        if cfg.revisits() {
+            first = Firsts::moore(&cfg.firsts(), &q.firsts, &m.firsts).front;
+        }
         Moore {
             ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready,
             oldest: Waits::moore(&cfg.waiting(), &q.waits, &m.waits).front,
+            again: q.again,
+            first,
         }
     }
 
     #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // Third stage: the fragment that came first, once its pixel is there.
+        let seen = Self::moore(cfg, q, m);
         let waits = Waits::moore(&cfg.waiting(), &q.waits, &m.waits);
+        let again = cfg.revisits() && q.again;
         let Marked { end, item } = waits.front.payload;
         let f = item.fragment;
-        let stalls = passed(cfg, waits.front, i.pixel).valid && !i.passed_ready;
-        let leaves = there(cfg, waits.front, i.pixel) && !stalls;
-        let fragment = leaves && !end;
+        let passed = passed(cfg, seen, i.pixel);
+        let stalls = passed.valid && !i.passed_ready;
+        let leaves = (there(cfg, waits.front, i.pixel) || passed.valid) && !stalls;
+        let fragment = leaves && !end && !again;
         let (opaque, nearer) = (is_opaque(f.rgba), nearer(cfg, item, i.pixel));
-        let taken = fragment && asked(cfg, item);
+        let mut taken = fragment && asked(cfg, item);
         let drawn = fragment && opaque && nearer;
-        let blended = cfg.composes && fragment && !opaque && nearer;
+        let blended = cfg.composes() && fragment && !opaque && nearer;
         // The first one is written even if it is at the far plane: its mark is set.
         let mut pixel = below(cfg, item, i.pixel);
         if drawn {
@@ -217,15 +265,34 @@ impl Block for DepthAhead {
             pixel.colour = blend(f.rgba, pixel.colour);
         }
         let changes = drawn || blended || (taken && !item.marked);
-        let write = Stream { valid: changes, payload: pixel };
+        let mut write = Stream { valid: changes, payload: pixel };
+        if again {
+            // Its receiver is done with its pixel; one that held nothing is written in any case, as its mark is set.
+            taken = i.taken;
+            write.valid = i.write.valid || seen.first.payload;
+            write.payload = Pixel::clear(&cfg.screen);
+            if i.write.valid {
+                write.payload = i.write.payload;
+            }
+        }
 
         // Second stage: the mark says whether the pixel is asked for.
         let Marked { end: last, item: next } = q.stage.payload;
         let waiting = Waiting { fragment: next, marked: i.marked.data };
-        let goes = q.stage.valid && waits.ready && i.table_ready;
+        let mut kept = true;
+        if cfg.revisits() {
+            kept = Firsts::moore(&cfg.firsts(), &q.firsts, &m.firsts).ready;
+        }
+        let goes = q.stage.valid && waits.ready && i.table_ready && kept;
         let comes = goes && !last;
-        let ask = Stream { valid: comes && asked(cfg, waiting), payload: next.pixel };
-        let first = comes && writes(cfg, next.rgba) && !i.marked.data;
+        let ask = Stream { valid: comes && (again || asked(cfg, waiting)), payload: next.pixel };
+        let first = comes && (again || writes(cfg, next.rgba)) && !i.marked.data;
+        if cfg.revisits() {
+            let push = Stream { valid: comes && again, payload: first };
+            let to_firsts = fifo::In { push, pop: again && taken };
+            Firsts::next(&cfg.firsts(), &q.firsts, &mut d.firsts, &mut m.firsts, to_firsts);
+            d.again = i.again;
+        }
         let push = Stream { valid: goes, payload: Marked { end: last, item: waiting } };
         let to_waits = fifo::In { push, pop: leaves };
         Waits::next(&cfg.waiting(), &q.waits, &mut d.waits, &mut m.waits, to_waits);
@@ -235,12 +302,9 @@ impl Block for DepthAhead {
         let mut mark_read = ReadPort::default();
         let takes = !q.stage.valid || goes;
         if takes {
-            let Fragment { x, y, z, rgba, label } = front.payload.item;
-            let item = PixelFragment { pixel: y * cfg.screen.width + x, z, rgba, label };
-            d.stage =
-                Stream { valid: front.valid, payload: Marked { end: front.payload.end, item } };
+            d.stage = front;
             if front.valid && !front.payload.end {
-                mark_read.read(item.pixel);
+                mark_read.read(front.payload.item.pixel);
             }
         }
         let to_queue = fifo::In { push: i.fragment, pop: takes };

@@ -24,7 +24,9 @@
 //! [`Destination`]. The colour that comes of it is written to memory, a word a cycle; while `colour_ready` is low, no further
 //! fragment may go to the blender. A pixel that is written hides everything from then on: its depth is 0.
 //!
-//! Where fragments are blended as they come ([`Config::composing`]) there is nothing to resolve.
+//! Where fragments are blended [as they come](Blends::Coming) there is nothing to resolve. Where they come [again and
+//! again](Blends::Revisiting) they go the way of those that come for the first time, to whoever blends them and says what their pixel holds then:
+//! see [`Revisit`].
 //!
 //! *While it is shown* it is read ahead, too, in the bank that is in the back then. Who draws and who shows take turns. The
 //! banks may change places while it is `drained`.
@@ -41,7 +43,7 @@ pub mod scanout;
 #[cfg(test)]
 mod tests;
 
-pub use config::Config;
+pub use config::{Blends, Config};
 pub use pixel::Pixel;
 
 use crate::arbiter::{self, Arbiter};
@@ -96,17 +98,17 @@ pub struct State {
     pub table: cached_table::State,
     /// Pixels of the front bank that are to be resolved.
     #[with(cfg.resolved())]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     #[block(Fetch)]
     pub fetch: fetch::State,
     /// See [`destination`].
     #[with(*cfg)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     #[block(Destination)]
     pub destination: destination::State,
     /// Colours on their way to memory.
     #[with(cfg.writes().depth)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     #[block(Writes, cfg.writes())]
     pub writes: fifo::State,
     /// See [`scanout`].
@@ -133,15 +135,15 @@ pub struct Mem {
     pub table: cached_table::Mem,
     /// Pixels of the front bank that are to be resolved.
     #[block(Fetch, cfg.resolved())]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub fetch: Optional<fetch::Mem>,
     /// See [`destination`].
     #[block(Destination, *cfg)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub destination: Optional<destination::Mem>,
     /// Colours on their way to memory.
     #[block(Writes, cfg.writes())]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub writes: Optional<<Writes as Block>::Mem>,
     /// See [`scanout`].
     #[block(ScanoutAhead, *cfg)]
@@ -165,15 +167,19 @@ pub struct In {
     pub stored: bool,
     /// What the machine asks and tells while it resolves.
     #[with(cfg.screen)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub resolve: Resolve,
+    /// What it asks and tells where fragments come again.
+    #[with(cfg.screen)]
+    #[exists(cfg.revisits())]
+    pub revisit: Revisit,
     /// The blender takes a pixel's first fragment.
     #[with(cfg.screen.pixel_bits())]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub colour_read: ReadPort,
     /// Writes a colour, `0xRRGGBB`.
     #[with(cfg.screen.pixel_bits(), COLOUR_BITS)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub colour_write: WritePort<u32>,
     /// Both banks are being cleared.
     pub clearing: bool,
@@ -208,6 +214,24 @@ pub struct Resolve {
     pub last: bool,
 }
 
+/// What a machine asks and tells where fragments come again.
+#[derive(Clone, Copy, Debug, Default, Signals)]
+#[signals(Screen)]
+pub struct Revisit {
+    /// They do.
+    pub on: bool,
+    /// Fragments, then the end of a pass. As [`passed`](Moore::passed) they go on without a test.
+    #[with(*cfg)]
+    pub fragment: Stream<Marked<PixelFragment>>,
+    /// The pixel at hand is done with.
+    pub taken: bool,
+    /// What it holds from now on.
+    #[with(*cfg)]
+    pub write: Stream<Pixel>,
+    /// The frame's last one is.
+    pub over: bool,
+}
+
 /// Whether what arrives may go to the sorter.
 #[inline(always)]
 #[rtl]
@@ -239,15 +263,19 @@ pub struct Moore {
     #[with(cfg.screen)]
     pub passed: Stream<Marked<PixelFragment>>,
     /// What the machine sees while it resolves.
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub resolve: Resolved,
+    /// The pixel of the first of the fragments that came again and are not done with it, once it is there.
+    #[with(cfg.screen)]
+    #[exists(cfg.revisits())]
+    pub pixel: Read<Pixel>,
     /// The depth of the pixel that was asked for first, once it is there.
     #[with(Z_BITS)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub depth: Read<u32>,
     /// The colour of the pixel whose first fragment the blender took.
     #[with(COLOUR_BITS)]
-    #[exists(!cfg.composes)]
+    #[exists(cfg.resolves())]
     pub colour: Read<u32>,
     /// A pixel that is cleared is taken.
     pub clear_ready: bool,
@@ -328,7 +356,8 @@ fn banked(cfg: &Config, request: Stream<Request>, front_is_b: bool) -> Stream<Re
 #[rtl(
     check(Pixels, tests::config(1, 2)),
     check(Pixels, tests::config(4, 7)),
-    check(Pixels, tests::config(4, 7).composing())
+    check(Pixels, tests::config(4, 7).blending(Blends::Coming)),
+    check(Pixels, tests::config(4, 7).blending(Blends::Revisiting))
 )]
 impl Block for Pixels {
     type Config = Config;
@@ -346,8 +375,9 @@ impl Block for Pixels {
         let turns = Turns::moore(&cfg.arbiter(), &q.turns, &m.turns);
         let mut seen = Moore {
             ready: test.ready,
-            passed: depth_test::passed(cfg, test.oldest, table.entry),
+            passed: depth_test::passed(cfg, test, table.entry),
             resolve: Resolved::default(),
+            pixel: Read::default(),
             depth: Read::default(),
             colour: Read::default(),
             clear_ready: table.clear_ready && turns.ready[0] && turns.ready[1],
@@ -355,7 +385,7 @@ impl Block for Pixels {
             busy: scanout.busy,
             drained: table.idle && turns.idle,
         };
-        if !cfg.composes {
+        if cfg.resolves() {
             let fetch = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch);
             let destination = Destination::moore(cfg, &q.destination, &m.destination);
             let waiting = Writes::moore(&cfg.writes(), &q.writes, &m.writes).count;
@@ -372,6 +402,9 @@ impl Block for Pixels {
             seen.colour = Read { valid: true, data: destination.colour };
             seen.drained &= fetch.idle && waiting == 0;
         }
+        if cfg.revisits() {
+            seen.pixel = depth_test::revisited(cfg, test, table.entry);
+        }
         seen
     }
 
@@ -381,7 +414,7 @@ impl Block for Pixels {
         let marks = Marks::moore(&cfg.screen, &q.marks, &m.marks);
         let table = Table::moore(&cfg.cached(), &q.table, &m.table);
         let (mut fetching, mut written) = (false, Stream::idle());
-        if !cfg.composes {
+        if cfg.resolves() {
             fetching = !Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch).idle;
             written = Writes::moore(&cfg.writes(), &q.writes, &m.writes).front;
         }
@@ -402,9 +435,19 @@ impl Block for Pixels {
         to_table_memory.response.valid = draws.response.valid && !fetching;
 
         // Store: fragments meet their pixels.
-        let test = if i.storing {
+        let again = cfg.revisits() && i.revisit.on;
+        let test = if i.storing || again {
+            let Marked { end, item: Fragment { x, y, z, rgba, label } } = i.fragment.payload;
+            let item = PixelFragment { pixel: y * cfg.screen.width + x, z, rgba, label };
+            let mut fragment = Stream { valid: i.fragment.valid, payload: Marked { end, item } };
+            if again {
+                fragment = i.revisit.fragment;
+            }
             let to_test = depth_test::In {
-                fragment: i.fragment,
+                fragment,
+                again,
+                taken: i.revisit.taken,
+                write: i.revisit.write,
                 marked: marks.front,
                 table_ready: table.ready && !fetching,
                 pixel: table.entry,
@@ -419,7 +462,7 @@ impl Block for Pixels {
             taken: test.taken,
             write: test.write,
             clear,
-            flush: i.stored,
+            flush: if cfg.revisits() { i.revisit.over } else { i.stored },
             memory: to_table_memory,
         };
         let cached = Table::next(&cfg.cached(), &q.table, &mut d.table, &mut m.table, to_table);
@@ -427,7 +470,7 @@ impl Block for Pixels {
         // Resolve: depths and colours are read ahead.
         let mut fetch = fetch::Out::default();
         let mut coloured = Stream::idle();
-        if !cfg.composes {
+        if cfg.resolves() {
             let fetched = Fetch::moore(&cfg.resolved(), &q.fetch, &m.fetch).pixel;
             let kept = Destination::moore(cfg, &q.destination, &m.destination);
             let taken = fetched.valid && kept.ready && i.resolve.taken;

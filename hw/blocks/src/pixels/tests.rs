@@ -21,11 +21,15 @@ struct Visit {
     visible: Vec<bool>,
 }
 
-/// A frame: fragments that come, and pixels that are resolved then, in rising order.
-#[derive(Clone, Debug)]
+/// A fragment that comes again: its pixel, and what that holds from then on, where it changes.
+type Return = (u32, Option<Pixel>);
+
+/// A frame: fragments that come, pixels that are resolved then, in rising order, and fragments that come again instead.
+#[derive(Clone, Debug, Default)]
 struct Frame {
     fragments: Vec<Fragment>,
     visits: Vec<Visit>,
+    returns: Vec<Return>,
 }
 
 /// When what is offered, taken and answered.
@@ -49,6 +53,8 @@ struct Result {
     depths: Vec<u32>,
     /// Colours that the blender finds, in order.
     below: Vec<u32>,
+    /// What the pixel holds of each fragment that comes again, in order.
+    found: Vec<Pixel>,
     image: Vec<u32>,
 }
 
@@ -74,7 +80,7 @@ fn reference(cfg: &Config, frame: &Frame) -> Result {
             (true, false) => r.hidden += 1,
             (false, true) => {
                 let Fragment { z, rgba, label, .. } = *f;
-                if cfg.composes {
+                if cfg.composes() {
                     r.image[at] = blend(rgba, r.image[at]);
                 }
                 r.passed.push(Marked::item(PixelFragment { pixel, z, rgba, label }));
@@ -88,6 +94,13 @@ fn reference(cfg: &Config, frame: &Frame) -> Result {
         if visible.contains(&true) {
             r.below.push(r.image[*pixel as usize]);
             r.image[*pixel as usize] = blended(*pixel);
+        }
+    }
+    for (pixel, becomes) in &frame.returns {
+        let at = *pixel as usize;
+        r.found.push(Pixel { depth: depth[at], colour: r.image[at] });
+        if let Some(Pixel { depth: z, colour }) = becomes {
+            (depth[at], r.image[at]) = (*z, *colour);
         }
     }
     r
@@ -108,6 +121,7 @@ fn play(cfg: Config, frames: &[Frame], memory: Behind, pace: &Pace) -> (Vec<Resu
         passed_ready: true,
         stored: false,
         resolve: Resolve::default(),
+        revisit: Revisit::default(),
         colour_read: ReadPort::default(),
         colour_write: WritePort::default(),
         clearing: false,
@@ -161,6 +175,47 @@ fn play(cfg: Config, frames: &[Frame], memory: Behind, pace: &Pace) -> (Vec<Resu
             r.culled += u32::from(out.culled);
         }
         cycles.push(sim.cycle() - first);
+        // Fragments come again: those that went on wait for their pixels.
+        let again = |&(pixel, _): &Return| {
+            Marked::item(PixelFragment { pixel, ..PixelFragment::default() })
+        };
+        let items = frame.returns.iter().map(again).chain([Marked::end()]);
+        let mut source = Source::new(items, pace.taken.clone());
+        let mut wait = VecDeque::new();
+        let mut ended = !cfg.revisits();
+        while !ended || !wait.is_empty() {
+            let cycle = sim.cycle();
+            let seen = sim.moore();
+            let mut i = nothing;
+            i.revisit.on = true;
+            i.revisit.fragment = source.offer(cycle);
+            source.edge(seen.ready);
+            i.passed_ready = wait.len() < 4 && pace.passed.at(cycle);
+            if let Some(&pixel) = wait.front()
+                && seen.pixel.valid
+                && pace.arrives.at(cycle)
+            {
+                let (expected, becomes) = frame.returns[r.found.len()];
+                assert_eq!(pixel, expected);
+                i.revisit.taken = true;
+                if let Some(payload) = becomes {
+                    i.revisit.write = Stream::offer(payload);
+                }
+                r.found.push(seen.pixel.data);
+                wait.pop_front();
+            }
+            if seen.passed.valid && i.passed_ready {
+                let Marked { end, item } = seen.passed.payload;
+                ended |= end;
+                wait.extend((!end).then_some(item.pixel));
+            }
+            step(&mut sim, i);
+        }
+        if cfg.revisits() {
+            let mut i = nothing;
+            i.revisit.over = true;
+            step(&mut sim, i);
+        }
         // Resolve: pixels are asked for, their fragments arrive, and the visible ones' are blended two cycles later.
         let (mut asked, mut taken) = (0, 0);
         let mut arriving: VecDeque<(u32, bool, bool)> = VecDeque::new();
@@ -258,6 +313,11 @@ fn fragments() -> impl Strategy<Value = Vec<Fragment>> {
     proptest::collection::vec(fragment, 0..50)
 }
 
+fn returns() -> impl Strategy<Value = Vec<Return>> {
+    let pixel = (0..=Z_FAR, 0..1u32 << 24).prop_map(|(depth, colour)| Pixel { depth, colour });
+    proptest::collection::vec((0..PIXELS, proptest::option::of(pixel)), 0..60)
+}
+
 fn frame() -> impl Strategy<Value = Frame> {
     let visible = proptest::collection::vec(any::<bool>(), 0..4);
     let pixels = proptest::sample::subsequence((0..PIXELS).collect::<Vec<_>>(), 0..=15);
@@ -265,7 +325,7 @@ fn frame() -> impl Strategy<Value = Frame> {
         |(fragments, pixels, visible)| {
             let visits = pixels.into_iter().zip(visible);
             let visits = visits.map(|(pixel, visible)| Visit { pixel, visible }).collect();
-            Frame { fragments, visits }
+            Frame { fragments, visits, returns: vec![] }
         },
     )
 }
@@ -306,10 +366,30 @@ proptest! {
         pace in pace(),
     ) {
         let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
-        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).composing();
+        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).blending(Blends::Coming);
         let memory = memory(&cfg, ready, latencies);
         let frames: Vec<Frame> =
-            frames.into_iter().map(|fragments| Frame { fragments, visits: vec![] }).collect();
+            frames.into_iter().map(|fragments| Frame { fragments, ..Frame::default() }).collect();
+        let (found, _) = play(cfg, &frames, memory, &pace);
+        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
+        prop_assert_eq!(found, expected);
+    }
+
+    /// The same where they come again.
+    #[test]
+    fn revisits_plain_banks(
+        frames in proptest::collection::vec((fragments(), returns()), 1..4),
+        sets in 0u32..2, ways in 0u32..2, line in 0u32..3,
+        reads_in_flight in 2u32..9,
+        ready in pattern(),
+        latencies in proptest::collection::vec(1u64..30, 1..6),
+        pace in pace(),
+    ) {
+        let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
+        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).blending(Blends::Revisiting);
+        let memory = memory(&cfg, ready, latencies);
+        let frame = |(fragments, returns)| Frame { fragments, returns, ..Frame::default() };
+        let frames: Vec<Frame> = frames.into_iter().map(frame).collect();
         let (found, _) = play(cfg, &frames, memory, &pace);
         let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
         prop_assert_eq!(found, expected);
@@ -324,7 +404,7 @@ fn transparent_fragments_of_pixels_that_hold_nothing_wait_for_none() {
         .collect();
     for latency in [1, 100] {
         let cfg = config(4, 2);
-        let frame = Frame { fragments: fragments.clone(), visits: vec![] };
+        let frame = Frame { fragments: fragments.clone(), ..Frame::default() };
         let memory = memory(&cfg, Pattern::always(), vec![latency]);
         let (_, cycles) = play(cfg, &[frame], memory, &always());
         // Three stages to fill and empty, and the end of the frame.
@@ -343,7 +423,7 @@ fn fragments_of_one_pixel_see_each_other() {
         .collect();
     for latency in [1, 100] {
         let cfg = config(4, 2);
-        let frame = Frame { fragments: fragments.clone(), visits: vec![] };
+        let frame = Frame { fragments: fragments.clone(), ..Frame::default() };
         let memory = memory(&cfg, Pattern::always(), vec![latency]);
         let (found, cycles) = play(cfg, std::slice::from_ref(&frame), memory, &always());
         assert_eq!(found, [reference(&cfg, &frame)]);

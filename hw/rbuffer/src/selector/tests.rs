@@ -68,6 +68,7 @@ impl Bench {
             first_pass,
             parity: self.parity,
             depth: self.depth.q(),
+            colour: 0,
             pushed_ready: course.room.at(cycle),
             full: course.full,
             round: course.round,
