@@ -26,6 +26,7 @@ pub mod early_test;
 mod forms;
 pub mod golden;
 pub mod monitor;
+mod phases;
 pub mod plays;
 pub mod program;
 pub mod shader;
@@ -47,8 +48,9 @@ use pellucid_blocks::shared_port::{self, SharedPort};
 use pellucid_blocks::walker::{self, Walker};
 use pellucid_machine::pixel::{Fragment, Marked, PixelFragment, is_opaque};
 use pellucid_machine::primitive::{Format, Primitive};
-use pellucid_machine::{InConfig, PhaseInfo, PrimitiveIn, outside};
+use pellucid_machine::{InConfig, PrimitiveIn, outside};
 use pellucid_sim::{Block, Handshake, Memory, Optional, Signals, Stream, WritePort, rtl};
+pub use phases::{MachinePhase, PHASES};
 use plays::{Play, Plays};
 use shader::Shader;
 use sort::Sort;
@@ -58,57 +60,6 @@ use window::Window;
 /// The machine.
 #[derive(Clone, Copy, Debug)]
 pub struct FBuffer;
-
-/// What the machine is at.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Signals)]
-pub enum MachinePhase {
-    /// After reset: clearing its memories.
-    #[default]
-    Clear,
-    /// Ready for a frame.
-    Idle,
-    /// Drawing what is opaque, and nothing else.
-    Background,
-    /// In a pass before the last one.
-    Store,
-    /// In the last pass of a window.
-    Resolve,
-    /// Sorting what it has shaded.
-    Sort,
-    /// The image is done, but the one before is still being shown.
-    Wait,
-}
-
-/// The same by name, in the order of [`MachinePhase`].
-pub const PHASES: &[PhaseInfo] = &[
-    front::PHASES[front::Phase::Clear as usize],
-    front::PHASES[front::Phase::Idle as usize],
-    PhaseInfo {
-        name: "background",
-        about: "The frame comes for its opaque fragments alone.",
-        works: true,
-        counts: true,
-    },
-    PhaseInfo {
-        name: "store",
-        about: "Passes before the last one, which leave their values in the F-buffer.",
-        works: true,
-        counts: true,
-    },
-    PhaseInfo {
-        name: "resolve",
-        about: "Last passes: shaded fragments are tested and blended.",
-        works: true,
-        counts: true,
-    },
-    PhaseInfo {
-        name: "sort",
-        about: "Sorting the shaded fragments of a window, and blending them after the last one.",
-        works: true,
-        counts: true,
-    },
-    front::PHASES[front::Phase::Wait as usize],
-];
 
 /// Registers.
 #[derive(Clone, Copy, Debug, Signals)]
@@ -270,29 +221,6 @@ pub struct Events {
     pub scanout: bool,
     /// The machine holds a finished frame.
     pub frame_done: bool,
-}
-
-/// The phase of the machine whose front is at `front`, with a frame at hand or not.
-#[inline(always)]
-#[rtl]
-fn phase(front: front::Phase, busy: bool, shades: bool, last: bool, sorts: bool) -> MachinePhase {
-    match front {
-        front::Phase::Clear => MachinePhase::Clear,
-        front::Phase::Wait => MachinePhase::Wait,
-        front::Phase::Idle | front::Phase::Store | front::Phase::Resolve => {
-            if !busy {
-                MachinePhase::Idle
-            } else if !shades {
-                MachinePhase::Background
-            } else if sorts {
-                MachinePhase::Sort
-            } else if last {
-                MachinePhase::Resolve
-            } else {
-                MachinePhase::Store
-            }
-        }
-    }
 }
 
 #[rtl(
@@ -537,7 +465,13 @@ impl Block for FBuffer {
 
         let busy = plays.busy || offered;
         Out {
-            phase: phase(front.status.phase, busy, plays.play.shades, plays.last, sort.gives),
+            phase: phases::phase(
+                front.status.phase,
+                busy,
+                plays.play.shades,
+                plays.last,
+                sort.gives,
+            ),
             primitive: i.primitive.with(ready),
             image: front.status.image.with(i.image_ready),
             replay: plays.replay,

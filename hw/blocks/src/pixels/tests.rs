@@ -1,9 +1,9 @@
 use super::*;
 use crate::cached_table::Cached;
 use crate::test_util::{Behind, Pattern, Source, pattern, screen};
-use pellucid_machine::outside::Word;
+use pellucid_machine::outside::{self, Word};
 use pellucid_machine::pixel::{Z_FAR, blend, is_opaque, rgba};
-use pellucid_sim::{Sim, StreamMonitor};
+use pellucid_sim::{ReadPort, Sim, StreamMonitor, WritePort};
 use proptest::prelude::*;
 use std::collections::VecDeque;
 
