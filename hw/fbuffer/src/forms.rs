@@ -90,7 +90,10 @@ pub fn closed_forms(cfg: &Config, tally: &Tally, frames: &[Census]) -> Vec<Check
         let lines = figure("framebuffer_misses") * u64::from(cfg.params.framebuffer_line);
         requests += lines + figure("framebuffer_written_back");
     }
-    for least in [vertices, shaded, come, requests] {
+    // The cache of a frame buffer outside is flushed while the machine waits.
+    let flushed = tally.cycles.of("wait").unwrap_or(0);
+    for (least, more) in [(vertices, 0), (shaded, 0), (come, 0), (requests, flushed)] {
+        let least = least.saturating_sub(more);
         checks.push(check("cycles, at least the largest term", least, least.min(cycles)));
     }
     checks
