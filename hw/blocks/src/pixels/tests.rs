@@ -5,6 +5,7 @@ use pellucid_machine::outside::{self, Word};
 use pellucid_machine::pixel::{Z_FAR, blend, is_opaque, rgba};
 use pellucid_sim::{ReadPort, Sim, StreamMonitor, WritePort};
 use proptest::prelude::*;
+use proptest::test_runner::TestCaseResult;
 use std::collections::VecDeque;
 
 /// Few pixels, with lines of `line` pixels and so many reads in flight.
@@ -336,63 +337,74 @@ fn pace() -> impl Strategy<Value = Pace> {
     )
 }
 
+/// The cache of a frame buffer, and what is around it.
+#[derive(Clone, Debug)]
+struct Around {
+    cached: Cached,
+    reads_in_flight: u32,
+    ready: Pattern,
+    latencies: Vec<u64>,
+    pace: Pace,
+}
+
+impl Around {
+    fn config(&self, blended: u32) -> Config {
+        Config::new(screen(5, 3), self.cached, self.reads_in_flight, blended)
+    }
+
+    /// Frames come to what plain banks make of them.
+    fn holds(&self, cfg: Config, frames: &[Frame]) -> TestCaseResult {
+        let memory = memory(&cfg, self.ready.clone(), self.latencies.clone());
+        let (found, _) = play(cfg, frames, memory, &self.pace);
+        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
+        prop_assert_eq!(found, expected);
+        Ok(())
+    }
+}
+
+fn around() -> impl Strategy<Value = Around> {
+    let latencies = proptest::collection::vec(1u64..30, 1..6);
+    ((0u32..2, 0u32..2, 0u32..3), 2u32..9, pattern(), latencies, pace()).prop_map(
+        |((sets, ways, line), reads_in_flight, ready, latencies, pace)| {
+            let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
+            Around { cached, reads_in_flight, ready, latencies, pace }
+        },
+    )
+}
+
 proptest! {
     /// Whatever comes, whoever waits, and however the memory takes and answers.
     #[test]
     fn behaves_as_plain_banks(
         frames in proptest::collection::vec(frame(), 1..4),
-        sets in 0u32..2, ways in 0u32..2, line in 0u32..3,
-        reads_in_flight in 2u32..9,
-        ready in pattern(),
-        latencies in proptest::collection::vec(1u64..30, 1..6),
-        pace in pace(),
+        around in around(),
     ) {
-        let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
-        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 3);
-        let memory = memory(&cfg, ready, latencies);
-        let (found, _) = play(cfg, &frames, memory, &pace);
-        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
-        prop_assert_eq!(found, expected);
+        let cfg = around.config(3);
+        around.holds(cfg, &frames)?;
     }
 
     /// The same where fragments are blended as they come.
     #[test]
     fn composes_as_plain_banks(
         frames in proptest::collection::vec(fragments(), 1..4),
-        sets in 0u32..2, ways in 0u32..2, line in 0u32..3,
-        reads_in_flight in 2u32..9,
-        ready in pattern(),
-        latencies in proptest::collection::vec(1u64..30, 1..6),
-        pace in pace(),
+        around in around(),
     ) {
-        let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
-        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).blending(Blends::Coming);
-        let memory = memory(&cfg, ready, latencies);
+        let cfg = around.config(1).blending(Blends::Coming);
         let frames: Vec<Frame> =
             frames.into_iter().map(|fragments| Frame { fragments, ..Frame::default() }).collect();
-        let (found, _) = play(cfg, &frames, memory, &pace);
-        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
-        prop_assert_eq!(found, expected);
+        around.holds(cfg, &frames)?;
     }
 
     /// The same where they come again.
     #[test]
     fn revisits_plain_banks(
         frames in proptest::collection::vec((fragments(), returns()), 1..4),
-        sets in 0u32..2, ways in 0u32..2, line in 0u32..3,
-        reads_in_flight in 2u32..9,
-        ready in pattern(),
-        latencies in proptest::collection::vec(1u64..30, 1..6),
-        pace in pace(),
+        around in around(),
     ) {
-        let cached = Cached { sets: 1 << sets, ways: 1 << ways, line: 1 << line };
-        let cfg = Config::new(screen(5, 3), cached, reads_in_flight, 1).blending(Blends::Revisiting);
-        let memory = memory(&cfg, ready, latencies);
+        let cfg = around.config(1).blending(Blends::Revisiting);
         let frame = |(fragments, returns)| Frame { fragments, returns, ..Frame::default() };
         let frames: Vec<Frame> = frames.into_iter().map(frame).collect();
-        let (found, _) = play(cfg, &frames, memory, &pace);
-        let expected: Vec<Result> = frames.iter().map(|frame| reference(&cfg, frame)).collect();
-        prop_assert_eq!(found, expected);
+        around.holds(cfg, &frames)?;
     }
 }
 
