@@ -127,19 +127,17 @@ impl<T: Signals + Default> Words<T> {
         }
     }
 
+    /// The word at `addr`.
     #[inline(always)]
-    fn load(&mut self, addr: u32) -> T {
+    fn load(&mut self, addr: u32) {
         self.reads += 1;
         if cfg!(debug_assertions) && !self.written.get(addr as usize).is_none_or(|written| *written)
         {
             self.fail(FaultKind::Unwritten(addr));
         }
-        match self.words.get(&self.item, addr) {
-            Some(word) => word,
-            None => {
-                self.check(addr);
-                T::default()
-            }
+        if !self.words.get(&self.item, addr, &mut self.q.data) {
+            self.check(addr);
+            self.q.data = T::default();
         }
     }
 
@@ -170,18 +168,23 @@ impl<T: Signals + Default> Words<T> {
         self.busy = !self.line.is_empty();
     }
 
-    /// The read data moves on by one cycle.
+    /// The read data moves on by one cycle, in which the word at `read` is asked for, if one is. What is read goes to where it is shown
+    /// at once: a copy on the way would be waited for wherever the word is in none of the processor's caches.
     #[inline(always)]
-    fn advance(&mut self, new: Read<T>) {
+    fn advance(&mut self, read: Option<u32>) {
+        if let Some(addr) = read {
+            self.load(addr);
+        }
+        self.q.valid = read.is_some();
         if self.line.is_empty() {
-            self.busy = new.valid;
-            self.q = new;
+            self.busy = read.is_some();
         } else {
-            self.pipeline(new);
+            self.pipeline();
         }
     }
 
-    fn pipeline(&mut self, mut new: Read<T>) {
+    fn pipeline(&mut self) {
+        let mut new = self.q;
         if new.valid {
             self.held = new.data;
         }
@@ -191,7 +194,9 @@ impl<T: Signals + Default> Words<T> {
     }
 
     fn peek(&self, addr: u32, to: &mut Vec<u64>) {
-        self.words.get(&self.item, addr).unwrap_or_default().sample(&self.item, to);
+        let mut word = T::default();
+        self.words.get(&self.item, addr, &mut word);
+        word.sample(&self.item, to);
     }
 
     fn under_way(&self, to: &mut Vec<u64>) {
@@ -309,11 +314,10 @@ impl<T: Signals + Default> Memory for Ram1R1W<T> {
         if write_first && write.en {
             core.store(write.addr, write.data);
         }
-        let data = if read.en { core.load(read.addr) } else { core.q.data };
+        core.advance(read.en.then_some(read.addr));
         if !write_first && write.en {
             core.store(write.addr, write.data);
         }
-        core.advance(Read { valid: read.en, data });
         (read.en, read.twice, write.en, write.twice) = (false, false, false, false);
         core.fault.is_some()
     }
@@ -398,9 +402,7 @@ impl<T: Signals + Default> Memory for Ram1RW<T> {
         if port.en && port.write {
             core.store(port.addr, port.data);
         }
-        let read = port.en && !port.write;
-        let data = if read { core.load(port.addr) } else { core.q.data };
-        core.advance(Read { valid: read, data });
+        core.advance((port.en && !port.write).then_some(port.addr));
         (port.en, port.twice, port.write) = (false, false, false);
         core.fault.is_some()
     }

@@ -153,22 +153,30 @@ impl<M: Machine> Clocked<M> {
         }
     }
 
-    /// One cycle in which `item` is offered; whether it was taken. A cycle is a whole machine: one copy of its code
-    /// serves all who call.
-    #[inline(never)]
-    fn cycle(&mut self, item: &Stream<Marked<M::Item>>) -> Result<bool, Box<Failure>> {
-        let at = self.sim.cycle();
-        let mut item = *item;
+    /// The item that is offered, with the label of the one that is taken next.
+    #[inline(always)]
+    fn labelled(&self, offer: Offer) -> Stream<Marked<M::Item>> {
+        let mut item = Self::offered(offer);
         if !item.payload.end {
             item.payload.item.label(self.taken);
         }
+        item
+    }
+
+    /// One cycle in which `item` is offered; how many items are taken, or would be: 0 or 1. A cycle is a whole machine: one copy of its
+    /// code serves all who call.
+    #[inline(never)]
+    fn cycle(&mut self, item: &Stream<Marked<M::Item>>) -> Result<usize, Box<Failure>> {
+        let at = self.sim.cycle();
         let image_ready = match &mut self.display {
             None => true,
             Some(ready) => ready(at),
         };
-        let input = M::Item::input(item, image_ready, self.sim.memories().outside());
+        let outside = self.sim.memories().outside();
+        // It is made anew wherever it is of use: a copy that is kept would have to lie in memory in every cycle.
+        let input = || M::Item::input(*item, image_ready, outside);
         if self.rest.is_some()
-            && let Some(done) = self.alone(at, &item, &input)
+            && let Some(done) = self.alone(at, item, image_ready)
         {
             return done;
         }
@@ -177,10 +185,10 @@ impl<M: Machine> Clocked<M> {
         {
             observer.peek(self.sim.memories());
         }
-        let cycle = match self.sim.clock(input) {
+        let cycle = match self.sim.clock(input()) {
             Ok(cycle) => cycle,
             Err(fault) => {
-                self.input = input;
+                self.input = input();
                 return Err(Box::new(fault.into()));
             }
         };
@@ -197,7 +205,7 @@ impl<M: Machine> Clocked<M> {
         let time = self.ready_at.map(|zero| at - zero);
         let away = phase == self.quiet.phase && time.unwrap_or_default() < self.quiet.until;
         if !away && let Some(observer) = &mut self.observer {
-            self.quiet = show::<M>(&mut **observer, At { time, phase }, input, cycle);
+            self.quiet = show::<M>(&mut **observer, At { time, phase }, input(), cycle);
         } else if M::may_be_alone(cycle.cfg, cycle.q) && !self.peeks && at >= self.look_for_rest {
             let out = cycle.out;
             self.rest = self.rests().then_some(out);
@@ -206,17 +214,17 @@ impl<M: Machine> Clocked<M> {
         }
         observed.map_err(|violation| Box::new(violation.into()))?;
         fits.map_err(|overflow| Box::new(Fault::overflow(at, overflow).into()))?;
-        self.after(at, &item, &ports)
+        self.after(at, item, &ports)
     }
 
-    /// What is left of a cycle once it has been seen; whether something was taken in it.
+    /// What is left of a cycle once it has been seen; what [`Clocked::cycle`] says of it.
     #[inline(always)]
     fn after(
         &mut self,
         at: u64,
         item: &Stream<Marked<M::Item>>,
         ports: &Ports,
-    ) -> Result<bool, Box<Failure>> {
+    ) -> Result<usize, Box<Failure>> {
         self.replay = ports.replay;
         if item.valid && ports.item_ready {
             self.taken = if item.payload.end { 0 } else { self.taken.saturating_add(1) };
@@ -227,7 +235,7 @@ impl<M: Machine> Clocked<M> {
         if at.is_multiple_of(LOOK_EVERY) {
             self.look()?;
         }
-        Ok(ports.item_ready)
+        Ok(ports.item_ready.into())
     }
 
     /// A cycle in which all but the front rests, if it does; then it is as [`Clocked::cycle`].
@@ -236,8 +244,8 @@ impl<M: Machine> Clocked<M> {
         &mut self,
         at: u64,
         item: &Stream<Marked<M::Item>>,
-        input: &M::In,
-    ) -> Option<Result<bool, Box<Failure>>> {
+        image_ready: bool,
+    ) -> Option<Result<usize, Box<Failure>>> {
         let time = self.ready_at.map_or(0, |zero| at - zero);
         if self.observer.is_some() && time >= self.quiet.until {
             self.rest = None;
@@ -245,14 +253,15 @@ impl<M: Machine> Clocked<M> {
         }
         let Clocked { sim, monitor, rest, .. } = self;
         let out = rest.as_mut()?;
+        let input = M::Item::input(*item, image_ready, sim.memories().outside());
         let clocked = sim.clock_part(|cfg, q, d, m| {
             let m = m.machine();
-            if M::may_be_alone(cfg, d) { M::alone(cfg, q, d, m, input, out) } else { None }
+            if M::may_be_alone(cfg, d) { M::alone(cfg, q, d, m, &input, out) } else { None }
         });
         match clocked {
             Some(Ok(())) => (),
             Some(Err(fault)) => {
-                self.input = *input;
+                self.input = input;
                 return Some(Err(Box::new(fault.into())));
             }
             None => {
@@ -319,13 +328,13 @@ impl<M: Machine> Clocked<M> {
 
 impl<M: Machine> Dut for Clocked<M> {
     fn send(&mut self, offer: Offer) -> Result<(), Box<Failure>> {
-        let item = Self::offered(offer);
-        while !self.cycle(&item)? {}
+        let item = self.labelled(offer);
+        while self.cycle(&item)? == 0 {}
         Ok(())
     }
 
     fn step(&mut self, offer: Offer) -> Result<bool, Box<Failure>> {
-        self.cycle(&Self::offered(offer))
+        Ok(self.cycle(&self.labelled(offer))? > 0)
     }
 
     fn run(&mut self, cycles: u64, images: usize) -> Result<u64, Box<Failure>> {

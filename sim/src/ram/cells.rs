@@ -85,13 +85,16 @@ impl<T: Signals + Default> Cells<T> {
         }
     }
 
-    /// The word at `addr`, if there is one.
+    /// Puts the word at `addr` into `to`; whether there is one.
     #[inline(always)]
-    pub(super) fn get(&self, item: &T::Config, addr: u32) -> Option<T> {
-        match self {
-            Cells::Values(values) => values.get(addr as usize).copied(),
+    pub(super) fn get(&self, item: &T::Config, addr: u32, to: &mut T) -> bool {
+        let word = match self {
+            Cells::Values(values) => {
+                return values.get(addr as usize).map(|word| *to = *word).is_some();
+            }
             Cells::Packed(packed) => packed.get(item, addr),
-        }
+        };
+        word.map(|word| *to = word).is_some()
     }
 
     /// Puts a word at `addr`; whether there is one.
