@@ -4,7 +4,7 @@
 //! no hardware: it has no bits, no netlist has it, and nothing may depend on it.
 
 use crate::netlist::{Lift, Value};
-use crate::signals::{Declare, Overflow, Signals, Sink};
+use crate::signals::{Declare, Misfit, Signals, Sink};
 use std::fmt;
 
 /// The label of an item: its number in a frame and its place on the screen. The default labels nothing.
@@ -54,9 +54,10 @@ impl Signals for Label {
         to.label(*self);
     }
     #[inline(always)]
-    fn check(&self, _: &()) -> Result<(), Overflow> {
-        Ok(())
+    fn fits(&self, _: &()) -> bool {
+        true
     }
+    fn seek(&self, _: &(), _: &str, _: &mut Misfit) {}
     fn restore(_: &(), _: &mut dyn Iterator<Item = u64>) -> Label {
         Label::NONE
     }

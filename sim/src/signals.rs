@@ -67,10 +67,17 @@ pub trait Signals: Copy + Lift {
     /// Tells every signal's value, in the order of [`Signals::declare`].
     fn sample(&self, cfg: &Self::Config, to: &mut impl Sink);
     /// Whether every value fits its declared width.
+    fn fits(&self, cfg: &Self::Config) -> bool;
+    /// Tells every signal's value and width, those that do not exist included, with `name` and the names below it.
+    fn seek(&self, cfg: &Self::Config, name: &str, to: &mut Misfit);
+    /// [`Signals::fits`], by name.
     ///
     /// # Errors
     /// The first signal that does not.
-    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
+    #[inline(always)]
+    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow> {
+        if self.fits(cfg) { Ok(()) } else { misfit(&mut |to| self.seek(cfg, "", to)) }
+    }
     /// The bundle that [`Signals::sample`] gives these values for; bits beyond a signal's Rust type
     /// are cut off, a number beyond the last state counts round.
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
@@ -90,11 +97,18 @@ pub trait Registers: Clone {
     fn declare(cfg: &Self::Config, name: &str, to: &mut dyn Declare);
     /// As [`Signals::sample`].
     fn sample(&self, cfg: &Self::Config, to: &mut impl Sink);
+    /// As [`Signals::fits`].
+    fn fits(&self, cfg: &Self::Config) -> bool;
+    /// As [`Signals::seek`].
+    fn seek(&self, cfg: &Self::Config, name: &str, to: &mut Misfit);
     /// As [`Signals::check`].
     ///
     /// # Errors
     /// The first signal that does not fit.
-    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow>;
+    #[inline(always)]
+    fn check(&self, cfg: &Self::Config) -> Result<(), Overflow> {
+        if self.fits(cfg) { Ok(()) } else { misfit(&mut |to| self.seek(cfg, "", to)) }
+    }
     /// As [`Signals::restore`].
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
     /// As [`Signals::follow`].
@@ -111,8 +125,11 @@ impl<T: Signals> Registers for T {
         Signals::sample(self, cfg, to);
     }
     #[inline(always)]
-    fn check(&self, cfg: &<T as Signals>::Config) -> Result<(), Overflow> {
-        Signals::check(self, cfg)
+    fn fits(&self, cfg: &<T as Signals>::Config) -> bool {
+        Signals::fits(self, cfg)
+    }
+    fn seek(&self, cfg: &<T as Signals>::Config, name: &str, to: &mut Misfit) {
+        Signals::seek(self, cfg, name, to);
     }
     fn restore(cfg: &<T as Signals>::Config, from: &mut dyn Iterator<Item = u64>) -> T {
         <T as Signals>::restore(cfg, from)
@@ -134,12 +151,41 @@ pub struct Overflow {
     pub width: u32,
 }
 
-impl Overflow {
-    /// The same overflow, seen from the bundle that holds `name`.
-    pub fn within(mut self, name: &str) -> Overflow {
-        self.path = crate::join(name, &self.path);
-        self
+/// Looks for the first value that does not fit.
+#[derive(Debug, Default)]
+pub struct Misfit {
+    path: String,
+    found: Option<Overflow>,
+}
+
+impl Misfit {
+    /// A group of signals: `within` tells them.
+    pub fn group(&mut self, name: &str, within: &mut dyn FnMut(&mut Misfit)) {
+        let outer = self.path.len();
+        self.path = crate::join(&self.path, name);
+        within(self);
+        self.path.truncate(outer);
     }
+    /// A signal.
+    fn signal(&mut self, name: &str, value: u64, width: u32) {
+        if self.found.is_none() && !fits(value, width) {
+            self.found = Some(Overflow { path: crate::join(&self.path, name), value, width });
+        }
+    }
+}
+
+/// The first of all that is told that does not fit.
+#[cold]
+fn misfit(seek: &mut dyn FnMut(&mut Misfit)) -> Result<(), Overflow> {
+    let mut to = Misfit::default();
+    seek(&mut to);
+    to.found.map_or(Ok(()), Err)
+}
+
+/// Whether a value needs no more bits.
+#[inline(always)]
+fn fits(value: u64, width: u32) -> bool {
+    width >= u64::BITS || value >> width == 0
 }
 
 impl fmt::Display for Overflow {
@@ -164,12 +210,11 @@ macro_rules! integers {
                 }
             }
             #[inline(always)]
-            fn check(&self, width: &u32) -> Result<(), Overflow> {
-                let value = u64::from(*self);
-                if value.checked_shr(*width).unwrap_or(0) == 0 {
-                    return Ok(());
-                }
-                Err(Overflow { path: String::new(), value, width: *width })
+            fn fits(&self, width: &u32) -> bool {
+                fits(u64::from(*self), *width)
+            }
+            fn seek(&self, width: &u32, name: &str, to: &mut Misfit) {
+                to.signal(name, u64::from(*self), *width);
             }
             fn restore(width: &u32, from: &mut dyn Iterator<Item = u64>) -> $t {
                 if *width > 0 { from.next().unwrap_or_default() as $t } else { 0 }
@@ -189,9 +234,10 @@ impl Signals for bool {
         to.push(u64::from(*self));
     }
     #[inline(always)]
-    fn check(&self, _: &()) -> Result<(), Overflow> {
-        Ok(())
+    fn fits(&self, _: &()) -> bool {
+        true
     }
+    fn seek(&self, _: &(), _: &str, _: &mut Misfit) {}
     fn restore(_: &(), from: &mut dyn Iterator<Item = u64>) -> bool {
         from.next().is_some_and(|value| value & 1 == 1)
     }
@@ -201,14 +247,16 @@ impl Signals for () {
     type Config = ();
     fn declare(_: &(), _: &str, _: &mut dyn Declare) {}
     fn sample(&self, _: &(), _: &mut impl Sink) {}
-    fn check(&self, _: &()) -> Result<(), Overflow> {
-        Ok(())
+    #[inline(always)]
+    fn fits(&self, _: &()) -> bool {
+        true
     }
+    fn seek(&self, _: &(), _: &str, _: &mut Misfit) {}
     fn restore(_: &(), _: &mut dyn Iterator<Item = u64>) {}
 }
 
 /// How many bits hold every value in `0..=max`; at least 1.
-#[inline]
+#[inline(always)]
 pub fn bits_for(max: u64) -> u32 {
     (u64::BITS - max.leading_zeros()).max(1)
 }

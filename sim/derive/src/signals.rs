@@ -56,7 +56,9 @@ fn enumeration(input: &DeriveInput, e: &DataEnum) -> Result<TokenStream> {
                 to.signal(name, #width, ::pellucid_sim::Kind::State(STATES));
             }
             fn sample(&self, _: &(), to: &mut impl ::pellucid_sim::Sink) { to.push(*self as u64); }
-            fn check(&self, _: &()) -> Result<(), ::pellucid_sim::Overflow> { Ok(()) }
+            #[inline(always)]
+            fn fits(&self, _: &()) -> bool { true }
+            fn seek(&self, _: &(), _: &str, _: &mut ::pellucid_sim::signals::Misfit) {}
             fn restore(_: &(), from: &mut dyn Iterator<Item = u64>) -> Self {
                 let all = [#(#name::#idents),*];
                 all[from.next().unwrap_or_default() as usize % all.len()]
@@ -136,21 +138,27 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
             None => quote! { #bundle::sample(&self.#id, #cfg, to); },
         })
     });
-    let check = parts.iter().map(|p| {
+    let fits = parts.iter().map(|p| {
+        let (id, cfg) = (&p.field.ident, &p.cfg);
+        p.where_it_exists(match &p.len {
+            Some(len) => quote! {
+                let len = (#len) as usize;
+                for (k, x) in self.#id[..len].iter().enumerate() {
+                    fits &= #bundle::fits(x, #cfg);
+                }
+            },
+            None => quote! { fits &= #bundle::fits(&self.#id, #cfg); },
+        })
+    });
+    let seek = parts.iter().map(|p| {
         let (id, cfg, name) = (&p.field.ident, &p.cfg, field_name(p.field));
         p.where_it_exists(match &p.len {
             Some(len) => quote! {
                 for (k, x) in self.#id[..(#len) as usize].iter().enumerate() {
-                    if let Err(e) = #bundle::check(x, #cfg) {
-                        return Err(e.within(&format!("{}[{k}]", #name)));
-                    }
+                    #bundle::seek(x, #cfg, &format!("{}[{k}]", #name), to);
                 }
             },
-            None => quote! {
-                if let Err(e) = #bundle::check(&self.#id, #cfg) {
-                    return Err(e.within(#name));
-                }
-            },
+            None => quote! { #bundle::seek(&self.#id, #cfg, #name, to); },
         })
     });
     let restore = parts.iter().map(|p| {
@@ -196,7 +204,14 @@ fn bundle(input: &DeriveInput, fields: &Fields, lines: bool) -> Result<TokenStre
             to.close();
         }
         fn sample(&self, cfg: &#config, to: &mut impl ::pellucid_sim::Sink) { #(#sample)* }
-        fn check(&self, cfg: &#config) -> Result<(), ::pellucid_sim::Overflow> { #(#check)* Ok(()) }
+        fn fits(&self, cfg: &#config) -> bool {
+            let mut fits = true;
+            #(#fits)*
+            fits
+        }
+        fn seek(&self, cfg: &#config, name: &str, to: &mut ::pellucid_sim::signals::Misfit) {
+            to.group(name, &mut |to| { #(#seek)* });
+        }
         fn restore(cfg: &#config, from: &mut dyn Iterator<Item = u64>) -> Self {
             #name { #(#restore,)* #(#hidden: Default::default(),)* }
         }

@@ -9,7 +9,8 @@ use super::{
     Moore, Stack, Threaded,
 };
 use pellucid_sim::netlist::{Lift, Numbers, Value};
-use pellucid_sim::{Block, Declare, Memory, Netlist, Overflow, Signals, Sink, Storage};
+use pellucid_sim::signals::Misfit;
+use pellucid_sim::{Block, Declare, Memory, Netlist, Signals, Sink, Storage};
 
 /// See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -45,9 +46,14 @@ macro_rules! chosen {
                 }
             }
             #[inline(always)]
-            fn check(&self, cfg: &Choice) -> Result<(), Overflow> {
+            fn fits(&self, cfg: &Choice) -> bool {
                 match self {
-                    $(State::$kind(q) => q.check(&cfg.numbers),)*
+                    $(State::$kind(q) => q.fits(&cfg.numbers),)*
+                }
+            }
+            fn seek(&self, cfg: &Choice, name: &str, to: &mut Misfit) {
+                match self {
+                    $(State::$kind(q) => q.seek(&cfg.numbers, name, to),)*
                 }
             }
             fn restore(cfg: &Choice, from: &mut dyn Iterator<Item = u64>) -> State {
