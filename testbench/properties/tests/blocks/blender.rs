@@ -1,4 +1,4 @@
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_blocks::blender::{Blender, In, Out, State};
 use pellucid_properties::blender::{Model, Property};
 use pellucid_properties::blender_properties;
@@ -7,22 +7,22 @@ use pellucid_sim::{Block, ReadPort, Stream, WritePort};
 blender_properties!(Blender);
 
 /// What is wrong with [`Wrong`].
-const ROUNDED: u8 = 1;
-const SWAPPED: u8 = 2;
-const BELOW: u8 = 3;
-const PLACE: u8 = 4;
-const UNWRITTEN: u8 = 5;
-const GREEDY: u8 = 6;
-const UNTOLD: u8 = 7;
-const UNDONE: u8 = 8;
-const TWICE: u8 = 9;
-const NARROW: u8 = 10;
-const FAR: u8 = 11;
+const ROUNDED: u32 = 1;
+const SWAPPED: u32 = 2;
+const BELOW: u32 = 3;
+const PLACE: u32 = 4;
+const UNWRITTEN: u32 = 5;
+const GREEDY: u32 = 6;
+const UNTOLD: u32 = 7;
+const UNDONE: u32 = 8;
+const TWICE: u32 = 9;
+const NARROW: u32 = 10;
+const FAR: u32 = 11;
 
 /// The library's blender, and a fault.
-struct Wrong<const FAULT: u8>;
+struct Wrong;
 
-impl<const FAULT: u8> Block for Wrong<FAULT> {
+impl Block for Wrong {
     type Config = u32;
     type State = State;
     type In = In;
@@ -38,11 +38,11 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     fn next(cfg: &u32, q: &State, d: &mut State, m: &mut (), mut i: In) -> Out {
         let Stream { valid, payload: came } = i.sorted;
         let fragment = valid && !came.end;
-        if FAULT == SWAPPED && fragment {
+        if fault() == SWAPPED && fragment {
             i.sorted.payload.item.rgba = came.item.rgba.rotate_right(8).swap_bytes();
         }
         let mut out = Blender::next(cfg, q, d, m, i);
-        match FAULT {
+        match fault() {
             BELOW if q.stage_fresh => d.colour = 0,
             NARROW if q.stage.valid && !q.stage.payload.end && !q.stage.payload.item.last => {
                 d.colour |= 1 << 24;
@@ -60,7 +60,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
                 out.colour_write = WritePort::default();
                 out.colour_write.write(pixel, colour);
             };
-            match FAULT {
+            match fault() {
                 // One step of red too few, for some colours.
                 ROUNDED if colour >> 16 & 7 == 7 => write(pixel, colour - (1 << 16)),
                 PLACE => write(pixel ^ 1, colour),
@@ -74,49 +74,49 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     }
 }
 
-fn is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Wrong<FAULT>>>(property);
+fn is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Wrong>>(fault, property);
 }
 
 #[test]
 fn a_wrong_colour_is_found() {
-    is_found::<ROUNDED>(Property::Colour);
-    is_found::<SWAPPED>(Property::Colour);
-    is_found::<BELOW>(Property::Colour);
+    is_found(ROUNDED, Property::Colour);
+    is_found(SWAPPED, Property::Colour);
+    is_found(BELOW, Property::Colour);
 }
 
 #[test]
 fn a_colour_in_the_wrong_place_or_not_written_is_found() {
-    is_found::<PLACE>(Property::Write);
-    is_found::<UNWRITTEN>(Property::Write);
+    is_found(PLACE, Property::Write);
+    is_found(UNWRITTEN, Property::Write);
 }
 
 #[test]
 fn a_colour_that_is_read_again_is_found() {
-    is_found::<GREEDY>(Property::Read);
+    is_found(GREEDY, Property::Read);
 }
 
 #[test]
 fn what_is_not_told_is_found() {
-    is_found::<UNTOLD>(Property::Blended);
-    is_found::<UNDONE>(Property::Done);
+    is_found(UNTOLD, Property::Blended);
+    is_found(UNDONE, Property::Done);
 }
 
 #[test]
 fn a_port_that_is_used_twice_is_found() {
-    is_found::<TWICE>(Property::Fault);
+    is_found(TWICE, Property::Fault);
 }
 
 #[test]
 #[cfg(debug_assertions)]
 fn a_register_that_is_too_narrow_is_found() {
-    is_found::<NARROW>(Property::Fault);
+    is_found(NARROW, Property::Fault);
 }
 
 /// The smallest frame of which a colour goes to the wrong place.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Wrong<PLACE>>>();
+    let (message, folder) = found::found::<Model<Wrong>>(PLACE);
     let expected = format!(
         "broken in cycle 1: one is written to the pixel in the cycle after its last fragment came: pixel 1 \
          is written where pixel 0 is due\n\
@@ -135,7 +135,7 @@ fn a_failure_is_short_and_has_its_waveform() {
 /// Small frames have few pixels: the fault is found in larger ones only, and its sequence has no pause.
 #[test]
 fn a_fault_beyond_the_search_is_short_too() {
-    let (message, folder) = found::found::<Model<Wrong<FAR>>>();
+    let (message, folder) = found::found::<Model<Wrong>>(FAR);
     assert!(message.contains(&format!(": {}: ", Property::Write)), "{message}");
     assert!(message.lines().count() < 12 && !message.contains("nothing\n"), "{message}");
     found::has_marker(&folder, Property::Write);

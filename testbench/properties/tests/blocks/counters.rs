@@ -1,6 +1,6 @@
 //! The library's counters keep their contract; faults of every kind are found out.
 
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_blocks::array::config::Config;
 use pellucid_blocks::array::counters::{self, Counters, Counts};
 use pellucid_blocks::array::index::{self, Index};
@@ -11,24 +11,24 @@ use pellucid_sim::{Block, Memory, Ram1R1W, Read, ReadDuringWrite, WritePort};
 counters_properties!(Counted);
 
 /// What is wrong with [`Unit`].
-const SLOW: u8 = 1;
-const UNTOLD: u8 = 2;
-const GREEDY: u8 = 3;
-const LATE: u8 = 4;
-const WRAPPED: u8 = 5;
-const DOUBLE: u8 = 6;
-const TWICE: u8 = 7;
-const EARLY: u8 = 8;
+const SLOW: u32 = 1;
+const UNTOLD: u32 = 2;
+const GREEDY: u32 = 3;
+const LATE: u32 = 4;
+const WRAPPED: u32 = 5;
+const DOUBLE: u32 = 6;
+const TWICE: u32 = 7;
+const EARLY: u32 = 8;
 /// What is wrong with [`Words`].
-const OLD: u8 = 1;
-const LOST: u8 = 2;
-const SILENT: u8 = 3;
-const KEPT: u8 = 4;
+const OLD: u32 = 1;
+const LOST: u32 = 2;
+const SILENT: u32 = 3;
+const KEPT: u32 = 4;
 
 /// The library's unit that counts, and a fault.
-struct Unit<const FAULT: u8>;
+struct Unit;
 
-impl<const FAULT: u8> Block for Unit<FAULT> {
+impl Block for Unit {
     type Config = Config;
     type State = index::State;
     type In = index::In;
@@ -44,7 +44,7 @@ impl<const FAULT: u8> Block for Unit<FAULT> {
     }
     fn moore(cfg: &Config, q: &index::State, m: &index::Mem) -> index::Moore {
         let mut seen = Index::moore(cfg, q, m);
-        seen.ready &= FAULT != SLOW || !q.stage.valid;
+        seen.ready &= fault() != SLOW || !q.stage.valid;
         seen
     }
     fn next(
@@ -64,7 +64,7 @@ impl<const FAULT: u8> Block for Unit<FAULT> {
             out.count_write = WritePort::default();
             out.count_write.write(cfg.word_of(pixel), counts);
         };
-        match FAULT {
+        match fault() {
             WRAPPED if at_hand && !out.counted => put(0),
             DOUBLE if out.counted && i.counts.data.of[lane] + 2 <= cfg.limit() => {
                 put(i.counts.data.of[lane] + 2);
@@ -84,21 +84,21 @@ impl<const FAULT: u8> Block for Unit<FAULT> {
     }
 }
 
-impl<const FAULT: u8> Counting for Unit<FAULT> {
+impl Counting for Unit {
     fn latency(cfg: &Config) -> u32 {
         Index::latency(cfg)
     }
 }
 
 /// A memory of counters, and a fault.
-struct Words<const FAULT: u8>;
+struct Words;
 
 #[derive(Memory)]
 struct Mem {
     words: Ram1R1W<Counts>,
 }
 
-impl<const FAULT: u8> Block for Words<FAULT> {
+impl Block for Words {
     type Config = Config;
     type State = ();
     type In = counters::In;
@@ -108,19 +108,19 @@ impl<const FAULT: u8> Block for Words<FAULT> {
 
     fn reset(_: &Config) {}
     fn memories(cfg: &Config) -> Mem {
-        let meets = if FAULT == OLD { ReadDuringWrite::Old } else { ReadDuringWrite::New };
+        let meets = if fault() == OLD { ReadDuringWrite::Old } else { ReadDuringWrite::New };
         Mem { words: Ram1R1W::new(cfg.words(), *cfg, 1, meets) }
     }
     fn moore(_: &Config, (): &(), m: &Mem) -> Read<Counts> {
         let mut seen = m.words.q();
-        seen.valid &= FAULT != SILENT || seen.data.of[0] != 1;
+        seen.valid &= fault() != SILENT || seen.data.of[0] != 1;
         seen
     }
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, mut i: counters::In) {
-        if FAULT == LOST && i.index_read.asked().is_some() {
+        if fault() == LOST && i.index_read.asked().is_some() {
             i.index_write = WritePort::default();
         }
-        if FAULT == KEPT {
+        if fault() == KEPT {
             i.walk_write = WritePort::default();
         }
         for port in [i.index_read, i.sum_read, i.walk_read] {
@@ -135,62 +135,62 @@ impl<const FAULT: u8> Block for Words<FAULT> {
     }
 }
 
-fn unit_is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Counted<Unit<FAULT>, Counters>>>(property);
+fn unit_is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Counted<Unit, Counters>>>(fault, property);
 }
 
-fn words_are_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Counted<Index, Words<FAULT>>>>(property);
+fn words_are_found(fault: u32, property: Property) {
+    found::is_found::<Model<Counted<Index, Words>>>(fault, property);
 }
 
 #[test]
 fn a_unit_that_does_not_take_one_a_cycle_is_found() {
-    unit_is_found::<SLOW>(Property::Ready);
+    unit_is_found(SLOW, Property::Ready);
 }
 
 #[test]
 fn a_fragment_that_is_not_told_or_told_without_being_counted_is_found() {
-    unit_is_found::<UNTOLD>(Property::Counted);
-    unit_is_found::<GREEDY>(Property::Counted);
+    unit_is_found(UNTOLD, Property::Counted);
+    unit_is_found(GREEDY, Property::Counted);
 }
 
 #[test]
 fn an_end_that_is_late_or_early_is_found() {
-    unit_is_found::<LATE>(Property::End);
-    unit_is_found::<EARLY>(Property::End);
+    unit_is_found(LATE, Property::End);
+    unit_is_found(EARLY, Property::End);
 }
 
 #[test]
 fn a_counter_that_goes_beyond_its_limit_is_found() {
-    unit_is_found::<WRAPPED>(Property::Limit);
+    unit_is_found(WRAPPED, Property::Limit);
 }
 
 #[test]
 fn a_wrong_count_is_found() {
-    unit_is_found::<DOUBLE>(Property::Counts);
-    words_are_found::<LOST>(Property::Counts);
+    unit_is_found(DOUBLE, Property::Counts);
+    words_are_found(LOST, Property::Counts);
 }
 
 #[test]
 fn a_read_that_meets_a_write_and_shows_the_old_word_is_found() {
-    words_are_found::<OLD>(Property::Meets);
-    words_are_found::<KEPT>(Property::Meets);
+    words_are_found(OLD, Property::Meets);
+    words_are_found(KEPT, Property::Meets);
 }
 
 #[test]
 fn a_word_that_is_not_shown_is_found() {
-    words_are_found::<SILENT>(Property::Valid);
+    words_are_found(SILENT, Property::Valid);
 }
 
 #[test]
 fn a_port_that_is_used_twice_is_found() {
-    unit_is_found::<TWICE>(Property::Fault);
+    unit_is_found(TWICE, Property::Fault);
 }
 
 /// The shortest sequence for two fragments in a row of which the second does not see the first.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Counted<Index, Words<LOST>>>>();
+    let (message, folder) = found::found::<Model<Counted<Index, Words>>>(LOST);
     let expected = format!(
         "broken in cycle 7: a counter has how many fragments its pixel had: pixel 0 has 1 where 2 is due\n\
          its waveform: gtkwave {}\n\

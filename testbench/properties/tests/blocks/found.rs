@@ -3,6 +3,7 @@
 use pellucid_properties::Reference;
 use pellucid_properties::harness::{Must, exhaust};
 use pellucid_properties::trials::{test, test_long};
+use std::cell::Cell;
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -11,14 +12,35 @@ use tempfile::TempDir;
 /// States that are searched of each small setup.
 const SEARCHED: usize = 100_000;
 
-/// The message of what random sequences find, and the folder of its waveform.
-pub fn found<R: Reference>() -> (String, TempDir) {
-    said(|folder| test::<R>("", folder))
+/// Nothing is wrong.
+pub const NONE: u32 = 0;
+
+thread_local! {
+    static FAULT: Cell<u32> = const { Cell::new(NONE) };
 }
 
-/// The message of what long sequences find, and the folder of its waveform.
-pub fn found_long<R: Reference>() -> (String, TempDir) {
-    said(|folder| test_long::<R>("", folder))
+/// What is wrong with the blocks that this thread plays, [`NONE`] if nothing is. Were it a parameter of their types, all that plays and
+/// searches would be compiled anew for each of a hundred faults.
+pub fn fault() -> u32 {
+    FAULT.get()
+}
+
+/// Plays with that fault.
+pub fn with<T>(fault: u32, play: impl FnOnce() -> T) -> T {
+    FAULT.set(fault);
+    let played = play();
+    FAULT.set(NONE);
+    played
+}
+
+/// The message of what random sequences find of a fault, and the folder of its waveform.
+pub fn found<R: Reference>(fault: u32) -> (String, TempDir) {
+    with(fault, || said(|folder| test::<R>("", folder)))
+}
+
+/// The message of what long sequences find of a fault, and the folder of its waveform.
+pub fn found_long<R: Reference>(fault: u32) -> (String, TempDir) {
+    with(fault, || said(|folder| test_long::<R>("", folder)))
 }
 
 /// The message of a test that fails, and the folder that it has left.
@@ -30,10 +52,11 @@ pub fn said(test: impl FnOnce(&Path)) -> (String, TempDir) {
 }
 
 /// Random sequences and the search find the fault, and name what it breaks.
-pub fn is_found<R: Reference>(property: R::Property) {
-    let (message, _) = found::<R>();
+pub fn is_found<R: Reference>(fault: u32, property: R::Property) {
+    let (message, _) = found::<R>(fault);
     assert!(message.contains(&format!(": {property}: ")), "{message}");
-    let found = R::small().iter().find_map(|setup| exhaust::<R>(setup, SEARCHED).err());
+    let search = |setup: &R::Setup| exhaust::<R>(setup, SEARCHED).err();
+    let found = with(fault, || R::small().iter().find_map(search));
     let (broken, steps) = found.expect("the search does not find it");
     assert_eq!(broken.property, Must::Keep(property), "{broken}, after {steps:?}");
 }

@@ -1,6 +1,6 @@
 //! Allocators that say what comes of a release of a section that is not out.
 
-use crate::found::is_found;
+use crate::found::{fault, is_found};
 use pellucid_blocks::allocator::{Config, Contract, In, InvalidRelease, Lent, Moore};
 use pellucid_properties::allocator::{Model, Property};
 use pellucid_properties::allocator_properties;
@@ -13,10 +13,10 @@ allocator_properties!(Guarded<REFUSES>, refuses);
 const FLAGS: u8 = 0;
 const REFUSES: u8 = 1;
 /// What may be wrong.
-const TAKEN_AT_ONCE: u8 = 2;
-const BEYOND: u8 = 3;
-const SILENT: u8 = 4;
-const ALARMED: u8 = 5;
+const TAKEN_AT_ONCE: u32 = 1;
+const BEYOND: u32 = 2;
+const SILENT: u32 = 3;
+const ALARMED: u32 = 4;
 
 /// A bit for each section, by which what comes back is judged.
 struct Guarded<const KIND: u8>;
@@ -67,14 +67,14 @@ impl<const KIND: u8> Block for Guarded<KIND> {
         let bit = 1 << i.release.payload;
         let taken = if i.take && q.offer.valid { 1 << q.offer.payload } else { 0 };
         d.free &= !taken;
-        let out = if KIND == TAKEN_AT_ONCE { !d.free } else { !q.free };
-        let last = if KIND == BEYOND { u32::MAX } else { (1 << cfg.sections) - 1 };
+        let out = if fault() == TAKEN_AT_ONCE { !d.free } else { !q.free };
+        let last = if fault() == BEYOND { u32::MAX } else { (1 << cfg.sections) - 1 };
         let valid = i.release.valid && out & last & bit != 0;
         if valid {
             d.free |= bit;
         }
-        let alarmed = KIND == ALARMED && taken != 0;
-        d.flag = i.release.valid && KIND != SILENT && (!valid || alarmed);
+        let alarmed = fault() == ALARMED && taken != 0;
+        d.flag = i.release.valid && fault() != SILENT && (!valid || alarmed);
         if i.take || !q.offer.valid {
             d.offer = lowest(d.free);
         }
@@ -85,16 +85,16 @@ impl<const KIND: u8> Block for Guarded<KIND> {
 /// A section that is given back in the cycle of its take is not out yet.
 #[test]
 fn a_release_that_should_have_no_effect_is_found() {
-    is_found::<Model<Guarded<TAKEN_AT_ONCE>>>(Property::Flagged);
+    is_found::<Model<Guarded<FLAGS>>>(TAKEN_AT_ONCE, Property::Flagged);
 }
 
 #[test]
 fn a_release_of_a_number_beyond_the_last_is_found() {
-    is_found::<Model<Guarded<BEYOND>>>(Property::Flagged);
+    is_found::<Model<Guarded<FLAGS>>>(BEYOND, Property::Flagged);
 }
 
 #[test]
 fn a_wrong_flag_is_found() {
-    is_found::<Model<Guarded<SILENT>>>(Property::Flagged);
-    is_found::<Model<Guarded<ALARMED>>>(Property::Flagged);
+    is_found::<Model<Guarded<FLAGS>>>(SILENT, Property::Flagged);
+    is_found::<Model<Guarded<FLAGS>>>(ALARMED, Property::Flagged);
 }

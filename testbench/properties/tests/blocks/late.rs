@@ -1,13 +1,13 @@
 //! Faults that show only after many grants: what finds them, and what is said where nothing can.
 
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_blocks::allocator::{Config, Contract, In, Lent, Moore};
 use pellucid_properties::allocator::{Model, Property};
 use pellucid_properties::trials::{search, search_first};
 use pellucid_sim::{Block, Signals, Stream};
 
-/// A bit for each section; after so many grants one that is taken stays among the free ones.
-struct Late<const GRANTS: u32>;
+/// A bit for each section; after as many grants as the fault says one that is taken stays among the free ones.
+struct Late;
 
 /// More grants than there ever are.
 const NEVER: u32 = u32::MAX;
@@ -23,7 +23,7 @@ struct State {
     grants: u32,
 }
 
-impl<const GRANTS: u32> Contract for Late<GRANTS> {
+impl Contract for Late {
     const MOST: u32 = 20;
 }
 
@@ -31,7 +31,7 @@ fn lowest(free: u32) -> Stream<u32> {
     if free == 0 { Stream::idle() } else { Stream::offer(free.trailing_zeros()) }
 }
 
-impl<const GRANTS: u32> Block for Late<GRANTS> {
+impl Block for Late {
     type Config = Config;
     type State = State;
     type In = In;
@@ -50,7 +50,7 @@ impl<const GRANTS: u32> Block for Late<GRANTS> {
     fn next(_: &Config, q: &State, d: &mut State, _: &mut (), i: In) -> Lent {
         if i.take && q.offer.valid {
             d.grants = q.grants + 1;
-            if q.grants < GRANTS {
+            if q.grants < fault() {
                 d.free &= !(1 << q.offer.payload);
             }
         }
@@ -71,14 +71,14 @@ fn told(message: &str) -> usize {
 
 #[test]
 fn a_section_that_is_out_twice_after_150_grants_is_found() {
-    let (message, folder) = found::found_long::<Model<Late<150>>>();
+    let (message, folder) = found::found_long::<Model<Late>>(150);
     assert!(message.contains(&format!(": {}: ", Property::Twice)), "{message}");
     found::has_marker(&folder, Property::Twice);
 }
 
 #[test]
 fn a_section_that_is_out_twice_after_65536_grants_is_found() {
-    let (message, folder) = found::found_long::<Model<Late<65_536>>>();
+    let (message, folder) = found::found_long::<Model<Late>>(65_536);
     assert!(message.contains(&format!(": {}: ", Property::Twice)), "{message}");
     // The waveform has all of it, the message its end.
     assert_eq!(told(&message), 101, "{message}");
@@ -90,11 +90,12 @@ fn a_section_that_is_out_twice_after_65536_grants_is_found() {
 
 #[test]
 fn a_search_that_is_not_complete_fails_unless_that_is_said() {
-    let (message, _) = found::said(|folder| search::<Model<Late<NEVER>>>(folder, 1000));
+    let (message, _) =
+        found::with(NEVER, || found::said(|folder| search::<Model<Late>>(folder, 1000)));
     assert!(message.starts_with("not every state was looked at, "), "{message}");
     assert!(message.contains(" of 1 sections, the first "), "{message}");
     let folder = tempfile::tempdir().unwrap();
-    let more = search_first::<Model<Late<NEVER>>>(folder.path(), 1000);
+    let more = found::with(NEVER, || search_first::<Model<Late>>(folder.path(), 1000));
     // Without any section there is nothing to count.
     assert_eq!(more.len(), 4, "{more:?}");
 }

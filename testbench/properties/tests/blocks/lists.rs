@@ -1,6 +1,6 @@
 //! The library's lists of pages keep their contract; faults of every kind are found out.
 
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_blocks::allocator::Bump;
 use pellucid_blocks::chains::config::Config;
 use pellucid_blocks::chains::{Chains, In, Mem, Moore, Out, State};
@@ -14,24 +14,24 @@ type Library = Chains<Bump>;
 lists_properties!(Library);
 
 /// What is wrong with [`Wrong`].
-const MORE: u8 = 1;
-const FEWER: u8 = 2;
-const EARLY: u8 = 3;
-const WASTED: u8 = 4;
-const UNHELD: u8 = 5;
-const OLDER: u8 = 6;
-const CHANGED: u8 = 7;
-const UNMARKED: u8 = 8;
-const SEEN: u8 = 9;
-const UNDONE: u8 = 10;
-const FULL: u8 = 11;
-const TWICE: u8 = 12;
-const KEPT: u8 = 13;
+const MORE: u32 = 1;
+const FEWER: u32 = 2;
+const EARLY: u32 = 3;
+const WASTED: u32 = 4;
+const UNHELD: u32 = 5;
+const OLDER: u32 = 6;
+const CHANGED: u32 = 7;
+const UNMARKED: u32 = 8;
+const SEEN: u32 = 9;
+const UNDONE: u32 = 10;
+const FULL: u32 = 11;
+const TWICE: u32 = 12;
+const KEPT: u32 = 13;
 
 /// The library's lists, and a fault.
-struct Wrong<const FAULT: u8>;
+struct Wrong;
 
-impl<const FAULT: u8> Block for Wrong<FAULT> {
+impl Block for Wrong {
     type Config = Config;
     type State = State<Bump>;
     type In = In;
@@ -48,7 +48,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     fn moore(cfg: &Config, q: &State<Bump>, m: &Mem<Bump>) -> Moore {
         let mut seen = Library::moore(cfg, q, m);
         let arrived = &mut seen.arrived;
-        match FAULT {
+        match fault() {
             WASTED => seen.asked += u32::from(seen.asked == 1),
             UNHELD => arrived.valid &= q.read_back.reader.arrived.count != 2,
             UNMARKED => arrived.payload.item.last &= arrived.payload.item.rgba != 0,
@@ -68,7 +68,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
         let came = &mut i.fragment.payload.item;
         let ends = i.fragment.valid && i.fragment.payload.end;
         i.fragment.valid &= Self::moore(cfg, q, m).ready;
-        match FAULT {
+        match fault() {
             MORE => i.limit = cfg.null.min(i.limit + 1),
             FEWER => i.limit = i.limit.saturating_sub(1),
             // The second fragment of a pixel comes in the place of its first.
@@ -82,7 +82,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
         }
         let before = q.count.count;
         let mut out = Library::next(cfg, q, d, m, i);
-        match FAULT {
+        match fault() {
             EARLY => out.stored |= ends,
             UNDONE => out.done &= before < 2,
             KEPT if i.clear.valid => d.count.count = before,
@@ -92,77 +92,77 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     }
 }
 
-impl<const FAULT: u8> Lists for Wrong<FAULT> {
+impl Lists for Wrong {
     fn latency(cfg: &Config) -> u32 {
         Library::latency(cfg)
     }
 }
 
-fn is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Wrong<FAULT>>>(property);
+fn is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Wrong>>(fault, property);
 }
 
 #[test]
 fn a_page_beyond_the_limit_or_one_too_few_is_found() {
-    is_found::<MORE>(Property::Dropped);
-    is_found::<FEWER>(Property::Dropped);
+    is_found(MORE, Property::Dropped);
+    is_found(FEWER, Property::Dropped);
 }
 
 #[test]
 fn pages_that_are_not_given_back_are_found() {
-    is_found::<KEPT>(Property::Dropped);
+    is_found(KEPT, Property::Dropped);
 }
 
 #[test]
 fn a_frame_that_is_said_to_be_stored_too_early_is_found() {
-    is_found::<EARLY>(Property::Stored);
+    is_found(EARLY, Property::Stored);
 }
 
 #[test]
 fn a_page_too_many_is_found() {
-    is_found::<WASTED>(Property::Pages);
+    is_found(WASTED, Property::Pages);
 }
 
 #[test]
 fn a_fragment_that_is_not_held_is_found() {
-    is_found::<UNHELD>(Property::Held);
+    is_found(UNHELD, Property::Held);
 }
 
 #[test]
 fn a_wrong_order_is_found() {
-    is_found::<OLDER>(Property::Order);
+    is_found(OLDER, Property::Order);
 }
 
 #[test]
 fn a_fragment_that_was_not_stored_is_found() {
-    is_found::<CHANGED>(Property::Once);
+    is_found(CHANGED, Property::Once);
 }
 
 #[test]
 fn a_mark_that_is_missing_is_found() {
-    is_found::<UNMARKED>(Property::Marks);
-    is_found::<SEEN>(Property::Marks);
+    is_found(UNMARKED, Property::Marks);
+    is_found(SEEN, Property::Marks);
 }
 
 #[test]
 fn a_frame_that_is_not_said_to_be_done_is_found() {
-    is_found::<UNDONE>(Property::Done);
+    is_found(UNDONE, Property::Done);
 }
 
 #[test]
 fn lists_that_take_no_more_are_found() {
-    is_found::<FULL>(Property::Stuck);
+    is_found(FULL, Property::Stuck);
 }
 
 #[test]
 fn a_port_that_is_used_twice_is_found() {
-    is_found::<TWICE>(Property::Fault);
+    is_found(TWICE, Property::Fault);
 }
 
 /// The shortest sequence for a list that is read in the wrong order.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Wrong<OLDER>>>();
+    let (message, folder) = found::found::<Model<Wrong>>(OLDER);
     let nothing = |cycles: Range<u32>| -> String {
         cycles.map(|cycle| format!("\n    {cycle:2}  nothing")).collect()
     };

@@ -1,4 +1,4 @@
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_properties::harness::{Must, check};
 use pellucid_properties::ram::{Config, Model, Property, Ram, Step};
 use pellucid_properties::ram_properties;
@@ -6,21 +6,20 @@ use pellucid_sim::{Memory, Ports, Ram1R1W, Ram1RW, Read, ReadDuringWrite, Storag
 
 ram_properties!(Ram1R1W<u32>, two_ports);
 ram_properties!(Ram1RW<u32>, one_port);
-ram_properties!(Wrong<NONE>, right);
+ram_properties!(Wrong, right);
 
 /// What is wrong with [`Wrong`].
-const NONE: u8 = 0;
-const LATE: u8 = 1;
-const SWAPPED: u8 = 2;
-const LOST: u8 = 3;
-const UNHELD: u8 = 4;
-const WIPED: u8 = 5;
-const UNSTOPPED: u8 = 6;
-const HEEDLESS: u8 = 7;
-const BEYOND: u8 = 8;
+const LATE: u32 = 1;
+const SWAPPED: u32 = 2;
+const LOST: u32 = 3;
+const UNHELD: u32 = 4;
+const WIPED: u32 = 5;
+const UNSTOPPED: u32 = 6;
+const HEEDLESS: u32 = 7;
+const BEYOND: u32 = 8;
 
 /// A memory with two ports, and a fault.
-struct Wrong<const FAULT: u8> {
+struct Wrong {
     ram: Ram1R1W<u32>,
     /// Which words were written.
     words: Vec<bool>,
@@ -28,16 +27,16 @@ struct Wrong<const FAULT: u8> {
     written: bool,
 }
 
-impl<const FAULT: u8> Memory for Wrong<FAULT> {
+impl Memory for Wrong {
     fn clock(&mut self) -> bool {
         (self.read, self.written) = (None, false);
         self.ram.clock()
     }
     fn reset(&mut self) {
-        if FAULT != UNSTOPPED {
+        if fault() != UNSTOPPED {
             self.ram.reset();
         }
-        if FAULT == WIPED {
+        if fault() == WIPED {
             self.ram.write(0, 0);
             self.ram.clock();
         }
@@ -50,34 +49,34 @@ impl<const FAULT: u8> Memory for Wrong<FAULT> {
     }
 }
 
-impl<const FAULT: u8> Ram for Wrong<FAULT> {
+impl Ram for Wrong {
     const PORTS: Ports = Ports::OneReadOneWrite;
     fn new(cfg: &Config) -> Self {
         use ReadDuringWrite::{New, Old};
         let policy = match cfg.read_during_write {
-            Old if FAULT == SWAPPED => New,
-            New if FAULT == SWAPPED => Old,
+            Old if fault() == SWAPPED => New,
+            New if fault() == SWAPPED => Old,
             policy => policy,
         };
-        let latency = cfg.latency + u32::from(FAULT == LATE);
+        let latency = cfg.latency + u32::from(fault() == LATE);
         let ram = Ram1R1W::new(cfg.words, cfg.bits, latency, policy);
         Wrong { ram, words: vec![false; cfg.words as usize], read: None, written: false }
     }
     fn q(&self) -> Read<u32> {
         let q = self.ram.q();
-        if FAULT == UNHELD && !q.valid { Read::default() } else { q }
+        if fault() == UNHELD && !q.valid { Read::default() } else { q }
     }
     fn read(&mut self, addr: u32) {
-        if FAULT != HEEDLESS || self.read.is_none() {
+        if fault() != HEEDLESS || self.read.is_none() {
             self.ram.read(addr);
         }
         self.read = Some(addr);
     }
     fn write(&mut self, addr: u32, data: u32) {
         let again = std::mem::replace(&mut self.words[addr as usize], true);
-        let lost = FAULT == LOST && again && self.read.is_some_and(|read| read != addr);
-        let heedless = FAULT == HEEDLESS && self.written;
-        let beyond = FAULT == BEYOND && data == 2;
+        let lost = fault() == LOST && again && self.read.is_some_and(|read| read != addr);
+        let heedless = fault() == HEEDLESS && self.written;
+        let beyond = fault() == BEYOND && data == 2;
         if !lost && !heedless {
             self.ram.write(if beyond { self.words.len() as u32 } else { addr }, data);
         }
@@ -85,46 +84,46 @@ impl<const FAULT: u8> Ram for Wrong<FAULT> {
     }
 }
 
-fn is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Wrong<FAULT>>>(property);
+fn is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Wrong>>(fault, property);
 }
 
 #[test]
 fn data_that_comes_late_or_after_a_reset_is_found() {
-    is_found::<LATE>(Property::Valid);
-    is_found::<UNSTOPPED>(Property::Valid);
+    is_found(LATE, Property::Valid);
+    is_found(UNSTOPPED, Property::Valid);
 }
 
 #[test]
 fn a_read_that_meets_a_write_and_gives_the_wrong_word_is_found() {
-    is_found::<SWAPPED>(Property::Meets);
+    is_found(SWAPPED, Property::Meets);
 }
 
 #[test]
 fn a_word_that_is_lost_is_found() {
-    is_found::<LOST>(Property::Data);
-    is_found::<WIPED>(Property::Data);
+    is_found(LOST, Property::Data);
+    is_found(WIPED, Property::Data);
 }
 
 #[test]
 fn data_that_does_not_stay_is_found() {
-    is_found::<UNHELD>(Property::Held);
+    is_found(UNHELD, Property::Held);
 }
 
 #[test]
 fn a_misuse_that_nobody_reports_is_found() {
-    is_found::<HEEDLESS>(Property::Misuse);
+    is_found(HEEDLESS, Property::Misuse);
 }
 
 #[test]
 fn a_fault_is_found() {
-    is_found::<BEYOND>(Property::Fault);
+    is_found(BEYOND, Property::Fault);
 }
 
 /// The shortest sequence for a write that is lost where another word is read.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Wrong<LOST>>>();
+    let (message, folder) = found::found::<Model<Wrong>>(LOST);
     let expected = format!(
         "broken in cycle 4: a read gives what was last written before it: 1 came where 2 is due\n\
          its waveform: gtkwave {}\n\
@@ -148,6 +147,7 @@ fn a_misuse_ends_a_sequence_that_keeps_the_contract() {
     // One port is misused by a read and a write, two ports by two reads.
     assert_eq!(check::<Model<Ram1RW<u32>>>(&cfg, &[write, both, write]), Ok(()));
     assert_eq!(check::<Model<Ram1R1W<u32>>>(&cfg, &[write, both, write]), Ok(()));
-    let broken = check::<Model<Wrong<HEEDLESS>>>(&cfg, &[write, both, write]).unwrap_err();
+    let broken =
+        found::with(HEEDLESS, || check::<Model<Wrong>>(&cfg, &[write, both, write])).unwrap_err();
     assert_eq!((broken.property, broken.cycle), (Must::Keep(Property::Misuse), 1));
 }

@@ -1,4 +1,4 @@
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_blocks::sorter::{Config, In, Moore, Sorter, State};
 use pellucid_properties::sorter::{Model, Property};
 use pellucid_properties::sorter_properties;
@@ -7,21 +7,21 @@ use pellucid_sim::Block;
 sorter_properties!(Sorter);
 
 /// What is wrong with [`Wrong`].
-const REVERSED: u8 = 1;
-const TIES: u8 = 2;
-const TWICE: u8 = 3;
-const HIDDEN: u8 = 4;
-const EARLY: u8 = 5;
-const UNMARKED: u8 = 6;
-const ENDS: u8 = 7;
-const FULL: u8 = 8;
-const UNHELD: u8 = 9;
-const NARROW: u8 = 10;
+const REVERSED: u32 = 1;
+const TIES: u32 = 2;
+const TWICE: u32 = 3;
+const HIDDEN: u32 = 4;
+const EARLY: u32 = 5;
+const UNMARKED: u32 = 6;
+const ENDS: u32 = 7;
+const FULL: u32 = 8;
+const UNHELD: u32 = 9;
+const NARROW: u32 = 10;
 
 /// The library's sorter, and a fault.
-struct Wrong<const FAULT: u8>;
+struct Wrong;
 
-impl<const FAULT: u8> Block for Wrong<FAULT> {
+impl Block for Wrong {
     type Config = Config;
     type State = State;
     type In = In;
@@ -36,7 +36,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     fn moore(cfg: &Config, q: &State, m: &()) -> Moore {
         let mut seen = Sorter::moore(cfg, q, m);
         let sorted = &mut seen.sorted;
-        match FAULT {
+        match fault() {
             EARLY => sorted.valid |= q.count > 0,
             UNMARKED => sorted.payload.item.last &= sorted.payload.item.rgba & 0xff != 1,
             FULL => seen.ready &= q.count < cfg.depth,
@@ -47,7 +47,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut (), mut i: In) {
         i.arrived.valid &= Self::moore(cfg, q, m).ready;
         let came = &mut i.arrived.payload.item;
-        match FAULT {
+        match fault() {
             REVERSED => came.z = 0xff_ffff - came.z,
             HIDDEN => came.visible = true,
             TWICE => i.sorted_ready &= !(i.arrived.valid && q.closed > 0),
@@ -55,7 +55,7 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
         }
         let pop = i.sorted_ready && q.closed > 0;
         Sorter::next(cfg, q, d, m, i);
-        match FAULT {
+        match fault() {
             TIES => {
                 // The newest goes in front of those that are as far.
                 let mut k = d.count.saturating_sub(1) as usize;
@@ -76,61 +76,61 @@ impl<const FAULT: u8> Block for Wrong<FAULT> {
     }
 }
 
-fn is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Wrong<FAULT>>>(property);
+fn is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Wrong>>(fault, property);
 }
 
 #[test]
 fn a_wrong_order_is_found() {
-    is_found::<REVERSED>(Property::Order);
+    is_found(REVERSED, Property::Order);
 }
 
 #[test]
 fn equal_depths_that_do_not_leave_as_they_came_are_found() {
-    is_found::<TIES>(Property::Ties);
+    is_found(TIES, Property::Ties);
 }
 
 #[test]
 fn a_fragment_that_leaves_twice_or_is_hidden_is_found() {
-    is_found::<TWICE>(Property::Once);
-    is_found::<HIDDEN>(Property::Once);
+    is_found(TWICE, Property::Once);
+    is_found(HIDDEN, Property::Once);
 }
 
 #[test]
 fn a_fragment_that_leaves_too_early_is_found() {
-    is_found::<EARLY>(Property::Early);
+    is_found(EARLY, Property::Early);
 }
 
 #[test]
 fn a_mark_that_is_missing_is_found() {
-    is_found::<UNMARKED>(Property::Last);
+    is_found(UNMARKED, Property::Last);
 }
 
 #[test]
 fn an_end_that_comes_twice_is_found() {
-    is_found::<ENDS>(Property::End);
+    is_found(ENDS, Property::End);
 }
 
 #[test]
 fn a_sorter_that_does_not_go_on_when_it_is_full_is_found() {
-    is_found::<FULL>(Property::Stuck);
+    is_found(FULL, Property::Stuck);
 }
 
 #[test]
 fn a_fragment_that_is_not_held_is_found() {
-    is_found::<UNHELD>(Property::Held);
+    is_found(UNHELD, Property::Held);
 }
 
 #[test]
 #[cfg(debug_assertions)]
 fn a_register_that_is_too_narrow_is_found() {
-    is_found::<NARROW>(Property::Fault);
+    is_found(NARROW, Property::Fault);
 }
 
 /// The smallest frame of which equal depths leave in the wrong order.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Wrong<TIES>>>();
+    let (message, folder) = found::found::<Model<Wrong>>(TIES);
     let expected = format!(
         "broken in cycle 2: fragments of one depth leave from the oldest to the newest: fragment 1 of \
          pixel 0 (last) came where fragment 0 of pixel 0 is due\n\

@@ -1,25 +1,24 @@
-use crate::found;
+use crate::found::{self, fault};
 use pellucid_properties::fifo::Alone;
 use pellucid_properties::stream::{Model, Property, Stage};
 use pellucid_properties::stream_properties;
 use pellucid_sim::{Block, Fifo, Signals, Stream};
 
 stream_properties!(Alone<Fifo<u32>>, fifo);
-stream_properties!(Adder<NONE>, adder);
+stream_properties!(Adder, adder);
 
 /// What is wrong with [`Adder`].
-const NONE: u8 = 0;
-const LOST: u8 = 1;
-const TWICE: u8 = 2;
-const UNHELD: u8 = 3;
-const REPLACED: u8 = 4;
-const EARLY: u8 = 5;
-const STUCK: u8 = 6;
-const WRONG: u8 = 7;
-const NARROW: u8 = 8;
+const LOST: u32 = 1;
+const TWICE: u32 = 2;
+const UNHELD: u32 = 3;
+const REPLACED: u32 = 4;
+const EARLY: u32 = 5;
+const STUCK: u32 = 6;
+const WRONG: u32 = 7;
+const NARROW: u32 = 8;
 
 /// Gives the sum of each two items, from a register, and a fault.
-struct Adder<const FAULT: u8>;
+struct Adder;
 
 #[derive(Clone, Copy, Debug, Signals)]
 #[signals(())]
@@ -48,7 +47,7 @@ struct Moore {
     sum: Stream<u32>,
 }
 
-impl<const FAULT: u8> Block for Adder<FAULT> {
+impl Block for Adder {
     type Config = ();
     type State = State;
     type In = In;
@@ -61,29 +60,29 @@ impl<const FAULT: u8> Block for Adder<FAULT> {
     }
     fn memories((): &()) {}
     fn moore((): &(), q: &State, (): &()) -> Moore {
-        let stuck = FAULT == STUCK && q.sums == 1;
+        let stuck = fault() == STUCK && q.sums == 1;
         Moore { ready: !q.sum.valid && !stuck, sum: q.sum }
     }
     fn next((): &(), q: &State, d: &mut State, (): &mut (), i: In) {
         let given = q.sum.valid && i.ready;
         let refused = q.sum.valid && !i.ready;
-        if given && !(FAULT == TWICE && q.sums == 1) || FAULT == UNHELD && refused {
+        if given && !(fault() == TWICE && q.sums == 1) || fault() == UNHELD && refused {
             d.sum = Stream::idle();
         }
         if given {
-            d.sums = if FAULT == NARROW { q.sums + 3 } else { (q.sums + 1) & 1 };
+            d.sums = if fault() == NARROW { q.sums + 3 } else { (q.sums + 1) & 1 };
         }
-        if FAULT == REPLACED && refused {
+        if fault() == REPLACED && refused {
             d.sum.payload = 0;
         }
-        let lost = FAULT == LOST && q.sums == 1 && q.first.valid;
-        let taken = Self::moore(&(), q, &()).ready || FAULT == EARLY && given;
+        let lost = fault() == LOST && q.sums == 1 && q.first.valid;
+        let taken = Self::moore(&(), q, &()).ready || fault() == EARLY && given;
         if !i.item.valid || !taken || lost {
             return;
         }
         if q.first.valid {
             d.first = Stream::idle();
-            let wrong = u32::from(FAULT == WRONG && q.sums == 1);
+            let wrong = u32::from(fault() == WRONG && q.sums == 1);
             d.sum = Stream::offer(q.first.payload + i.item.payload + wrong);
         } else {
             d.first = i.item;
@@ -91,7 +90,7 @@ impl<const FAULT: u8> Block for Adder<FAULT> {
     }
 }
 
-impl<const FAULT: u8> Stage for Adder<FAULT> {
+impl Stage for Adder {
     type Item = u32;
     type Gives = u32;
     fn configs() -> Vec<()> {
@@ -117,51 +116,51 @@ impl<const FAULT: u8> Stage for Adder<FAULT> {
     }
 }
 
-fn is_found<const FAULT: u8>(property: Property) {
-    found::is_found::<Model<Adder<FAULT>>>(property);
+fn is_found(fault: u32, property: Property) {
+    found::is_found::<Model<Adder>>(fault, property);
 }
 
 #[test]
 fn an_item_that_is_lost_is_found() {
-    is_found::<LOST>(Property::Stuck);
+    is_found(LOST, Property::Stuck);
 }
 
 #[test]
 fn a_stage_that_stands_still_is_found() {
-    is_found::<STUCK>(Property::Stuck);
+    is_found(STUCK, Property::Stuck);
 }
 
 #[test]
 fn what_is_given_twice_is_found() {
-    is_found::<TWICE>(Property::Early);
+    is_found(TWICE, Property::Early);
 }
 
 #[test]
 fn what_is_used_before_it_is_taken_is_found() {
-    is_found::<EARLY>(Property::Early);
+    is_found(EARLY, Property::Early);
 }
 
 #[test]
 fn an_offer_that_is_not_held_is_found() {
-    is_found::<UNHELD>(Property::Held);
-    is_found::<REPLACED>(Property::Held);
+    is_found(UNHELD, Property::Held);
+    is_found(REPLACED, Property::Held);
 }
 
 #[test]
 fn a_wrong_item_is_found() {
-    is_found::<WRONG>(Property::Order);
+    is_found(WRONG, Property::Order);
 }
 
 #[test]
 #[cfg(debug_assertions)]
 fn a_register_that_is_too_narrow_is_found() {
-    is_found::<NARROW>(Property::Fault);
+    is_found(NARROW, Property::Fault);
 }
 
 /// The shortest sequence for an offer that is withdrawn where the receiver is not ready.
 #[test]
 fn a_failure_is_short_and_has_its_waveform() {
-    let (message, folder) = found::found::<Model<Adder<UNHELD>>>();
+    let (message, folder) = found::found::<Model<Adder>>(UNHELD);
     let expected = format!(
         "broken in cycle 3: what is given is held until it is taken: 2 was given, then nothing\n\
          its waveform: gtkwave {}\n\
