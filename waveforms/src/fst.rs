@@ -171,9 +171,7 @@ impl<W: Write + Seek> Fst<W> {
             fst_writer::Result::Ok(())
         })?;
         header.up_scope()?;
-        let mut body = header.finish()?;
-        // What comes has changed.
-        body.set_deduplicate(false);
+        let body = header.finish()?;
         let out = Shared(out);
         out.with(Held::flush)?;
         let empty = body.size();
