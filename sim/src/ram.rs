@@ -127,7 +127,7 @@ impl<T: Signals + Default> Words<T> {
         }
     }
 
-    /// The word at `addr`.
+    /// Shows the word at `addr`.
     #[inline(always)]
     fn load(&mut self, addr: u32) {
         self.reads += 1;
