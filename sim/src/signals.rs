@@ -76,7 +76,7 @@ pub trait Signals: Copy + Lift {
     /// The first signal that does not.
     #[inline(always)]
     fn check(&self, cfg: &Self::Config) -> Result<(), Overflow> {
-        if self.fits(cfg) { Ok(()) } else { misfit(&mut |to| self.seek(cfg, "", to)) }
+        if self.fits(cfg) { Ok(()) } else { Err(misfit(&mut |to| self.seek(cfg, "", to))) }
     }
     /// The bundle that [`Signals::sample`] gives these values for; bits beyond a signal's Rust type
     /// are cut off, a number beyond the last state counts round.
@@ -107,7 +107,7 @@ pub trait Registers: Clone {
     /// The first signal that does not fit.
     #[inline(always)]
     fn check(&self, cfg: &Self::Config) -> Result<(), Overflow> {
-        if self.fits(cfg) { Ok(()) } else { misfit(&mut |to| self.seek(cfg, "", to)) }
+        if self.fits(cfg) { Ok(()) } else { Err(misfit(&mut |to| self.seek(cfg, "", to))) }
     }
     /// As [`Signals::restore`].
     fn restore(cfg: &Self::Config, from: &mut dyn Iterator<Item = u64>) -> Self;
@@ -176,10 +176,10 @@ impl Misfit {
 
 /// The first of all that is told that does not fit.
 #[cold]
-fn misfit(seek: &mut dyn FnMut(&mut Misfit)) -> Result<(), Overflow> {
+fn misfit(seek: &mut dyn FnMut(&mut Misfit)) -> Overflow {
     let mut to = Misfit::default();
     seek(&mut to);
-    to.found.map_or(Ok(()), Err)
+    to.found.unwrap_or_else(|| unreachable!("a value does not fit"))
 }
 
 /// Whether a value needs no more bits.

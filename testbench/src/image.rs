@@ -73,7 +73,7 @@ impl Image {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
-        // A run of the machine that made it takes little longer than the default would.
+        // The default takes more than ten times as long, for an eighth fewer bytes.
         encoder.set_compression(png::Compression::Fast);
         let mut writer = encoder.write_header()?;
         let bytes: Vec<u8> = self

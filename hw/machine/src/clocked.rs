@@ -172,9 +172,6 @@ impl<M: Machine> Clocked<M> {
             None => true,
             Some(ready) => ready(at),
         };
-        let outside = self.sim.memories().outside();
-        // It is made anew wherever it is of use: a copy that is kept would have to lie in memory in every cycle.
-        let input = || M::Item::input(*item, image_ready, outside);
         if self.rest.is_some()
             && let Some(done) = self.alone(at, item, image_ready)
         {
@@ -185,6 +182,9 @@ impl<M: Machine> Clocked<M> {
         {
             observer.peek(self.sim.memories());
         }
+        let outside = self.sim.memories().outside();
+        // It is made anew wherever it is of use: a copy that is kept would have to lie in memory in every cycle.
+        let input = || M::Item::input(*item, image_ready, outside);
         let cycle = match self.sim.clock(input()) {
             Ok(cycle) => cycle,
             Err(fault) => {

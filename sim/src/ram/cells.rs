@@ -88,13 +88,11 @@ impl<T: Signals + Default> Cells<T> {
     /// Puts the word at `addr` into `to`; whether there is one.
     #[inline(always)]
     pub(super) fn get(&self, item: &T::Config, addr: u32, to: &mut T) -> bool {
-        let word = match self {
-            Cells::Values(values) => {
-                return values.get(addr as usize).map(|word| *to = *word).is_some();
-            }
-            Cells::Packed(packed) => packed.get(item, addr),
+        let done = match self {
+            Cells::Values(values) => values.get(addr as usize).map(|word| *to = *word),
+            Cells::Packed(packed) => packed.get(item, addr).map(|word| *to = word),
         };
-        word.map(|word| *to = word).is_some()
+        done.is_some()
     }
 
     /// Puts a word at `addr`; whether there is one.
