@@ -3,12 +3,11 @@
 use crate::harness::{Broken, Made, Searched, make, play, searched};
 use crate::reference::{Long, Reference};
 use crate::report::report;
+use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::test_runner::{Config as Effort, Reason, RngSeed, TestError, TestRunner};
-use proptest_state_machine::Sequential;
 use std::fmt::{Debug, Display};
 use std::path::Path;
-use std::sync::atomic::Ordering;
 
 /// The longest of the short random sequences.
 const STEPS: usize = 300;
@@ -110,23 +109,15 @@ where
     }
 
     fn test(&self, source: &'static str, folder: &Path) {
-        let sequences = Sequential::new(
-            (1..STEPS).into(),
-            self.setups,
-            |_, _| true,
-            self.steps,
-            |setup, _| setup,
-        );
-        let tried = TestRunner::new(effort(source)).run(&sequences, |(setup, steps, seen)| {
-            let mut counted = steps.iter().inspect(|_| {
-                if let Some(seen) = &seen {
-                    seen.fetch_add(1, Ordering::SeqCst);
-                }
-            });
-            let played = (self.make)(&setup).and_then(|mut run| play(&mut *run, &mut counted));
+        let steps = self.steps;
+        // Both shrink: a setup beside the steps as they are, which are not drawn anew.
+        let sequences =
+            (self.setups)().prop_ind_flat_map2(move |setup| vec(steps(&setup), 1..STEPS));
+        let tried = TestRunner::new(effort(source)).run(&sequences, |(setup, steps)| {
+            let played = self.check(&setup, &steps);
             played.map_err(|broken| TestCaseError::fail(broken.to_string()))
         });
-        self.fail(tried, |(setup, steps, _)| Ok((setup, steps)), folder);
+        self.fail(tried, Ok, folder);
     }
 
     fn test_long(&self, source: &'static str, folder: &Path) {
