@@ -141,7 +141,7 @@ impl<T: Signals + Default> Words<T> {
         }
     }
 
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     fn store(&mut self, addr: u32, data: T) {
         self.writes += 1;
         if cfg!(debug_assertions)
@@ -289,15 +289,11 @@ impl<T: Signals + Default> Ram1R1W<T> {
             self.read.twice |= user.twice;
         }
     }
-}
 
-impl<T: Signals + Default> Memory for Ram1R1W<T> {
-    #[inline(always)]
-    fn clock(&mut self) -> bool {
+    /// The edge of one that is busy. With debug assertions it is long: a function, which is compiled once for each kind of word.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn edge(&mut self) -> bool {
         let Ram1R1W { core, policy, read, write } = self;
-        if !core.busy {
-            return false;
-        }
         if read.twice || write.twice {
             core.fail(FaultKind::PortUsedTwice(if read.twice { "read" } else { "write" }));
         }
@@ -320,6 +316,13 @@ impl<T: Signals + Default> Memory for Ram1R1W<T> {
         }
         (read.en, read.twice, write.en, write.twice) = (false, false, false, false);
         core.fault.is_some()
+    }
+}
+
+impl<T: Signals + Default> Memory for Ram1R1W<T> {
+    #[inline(always)]
+    fn clock(&mut self) -> bool {
+        self.core.busy && self.edge()
     }
 
     fn reset(&mut self) {
@@ -387,15 +390,11 @@ impl<T: Signals + Default> Ram1RW<T> {
         }
         self.port.twice |= user.twice;
     }
-}
 
-impl<T: Signals + Default> Memory for Ram1RW<T> {
-    #[inline(always)]
-    fn clock(&mut self) -> bool {
+    /// The edge of one that is busy. With debug assertions it is long: a function, which is compiled once for each kind of word.
+    #[cfg_attr(not(debug_assertions), inline(always))]
+    fn edge(&mut self) -> bool {
         let Ram1RW { core, port } = self;
-        if !core.busy {
-            return false;
-        }
         if port.twice {
             core.fail(FaultKind::PortUsedTwice("only"));
         }
@@ -405,6 +404,13 @@ impl<T: Signals + Default> Memory for Ram1RW<T> {
         core.advance((port.en && !port.write).then_some(port.addr));
         (port.en, port.twice, port.write) = (false, false, false);
         core.fault.is_some()
+    }
+}
+
+impl<T: Signals + Default> Memory for Ram1RW<T> {
+    #[inline(always)]
+    fn clock(&mut self) -> bool {
+        self.core.busy && self.edge()
     }
 
     fn reset(&mut self) {
