@@ -217,7 +217,6 @@ impl Block for Accumulator {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let queue = Fifo::<u32>::moore(&cfg.queue(), &q.queue, &m.queue);
         let mut ready = queue.count <= WAITING;
@@ -236,7 +235,6 @@ impl Block for Accumulator {
         Moore { ready, image: queue.front, busy }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let queue = Fifo::<u32>::moore(&cfg.queue(), &q.queue, &m.queue);
         let Stream { valid: comes, payload: rgb } = i.frame;

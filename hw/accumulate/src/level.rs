@@ -190,7 +190,6 @@ impl Block for Level {
         Mem { planes: (0..cfg.planes()).map(plane).collect() }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let last = q.stage.payload;
         let mut of = [last.colour; MOST_INPUTS];
@@ -210,7 +209,6 @@ impl Block for Level {
         Moore { full, node: q.node, result: Stream { valid: q.stage.valid, payload } }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let Pixel { pixel, closes, colour } = i.value.payload;
         let merges = closes || q.fill.filled == cfg.planes();

@@ -147,7 +147,6 @@ impl Block for Accumulate {
 
     fn moore(_: &Config, _: &State, _: &Mem) {}
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: FragmentIn) -> Out {
         let given = Accumulator::moore(cfg, &q.accumulator, &m.accumulator);
         // What T-buffer and planes see of the outside memory.

@@ -245,7 +245,6 @@ impl Block for Planes {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let frames = Frames::moore(&FRAMES, &q.frames, &m.frames);
         let mut busy = frames.front.valid || q.pixel != 0;
@@ -255,7 +254,6 @@ impl Block for Planes {
         Moore { ready: frames.ready, busy }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let bits = cfg.channel_bits();
         let frame = Frames::moore(&FRAMES, &q.frames, &m.frames).front;

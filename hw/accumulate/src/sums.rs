@@ -167,7 +167,6 @@ impl Block for Sums {
         Mem { plane: Ram1R1W::new(cfg.screen.pixels(), cfg.bits, 1, ReadDuringWrite::Forbidden) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let colour = image(cfg, staged(cfg, *q, m.plane.q()));
         let Pixel { pixel, closes, .. } = q.stage.payload;
@@ -176,7 +175,6 @@ impl Block for Sums {
         Moore { image, busy: q.stage.valid }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let Pixel { pixel, closes, .. } = q.stage.payload;
         if q.stage.valid && !closes {

@@ -185,7 +185,6 @@ impl Block for Tree {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let mut busy = cfg.has_top() && (q.sweep.valid || q.fetched.valid);
         for k in 0..cfg.count {
@@ -195,7 +194,6 @@ impl Block for Tree {
         Moore { ready: !(cfg.has_top() && busy), busy }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What comes to each level from the one below: the frame to the first.
         let mut value = i.frame;

@@ -191,14 +191,12 @@ impl Block for B3d {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
         let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         let replay = FixedArrays::moore(&cfg.arrays, &q.arrays, &m.arrays).replay;
         Status { replay, ..front }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: FragmentIn) -> Out {
         let screen = &cfg.screen;
 

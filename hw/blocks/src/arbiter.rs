@@ -214,7 +214,6 @@ impl Block for Arbiter {
         Mem { readers: Readers::memories(&cfg.readers()) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let readers = Readers::moore(&cfg.readers(), &q.readers, &m.readers);
         let mut ready = [false; MAX_CLIENTS];
@@ -227,7 +226,6 @@ impl Block for Arbiter {
         Moore { ready, answered: readers.front.payload, idle }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let room = Readers::moore(&cfg.readers(), &q.readers, &m.readers).ready;
         let mut requests = [Stream::idle(); MAX_CLIENTS];

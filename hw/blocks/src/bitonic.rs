@@ -262,7 +262,6 @@ where
         Mem { lanes: (0..2 * cfg.lanes()).map(lane).collect() }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<P> {
         let gives = q.fsm == Fsm::Give;
         let end = gives && !q.asked.valid && q.next == q.count;
@@ -283,7 +282,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<P>) -> Out {
         let Moore { ready, sorted, .. } = Self::moore(cfg, q, m);
         let mut pass = false;

@@ -96,7 +96,6 @@ impl Block for Blender {
 
     fn moore(_: &u32, _: &State, _: &()) {}
 
-    #[inline(always)]
     fn next(_: &u32, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 

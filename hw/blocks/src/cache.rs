@@ -191,7 +191,6 @@ impl Block for Cache {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let response = Stream { valid: q.answers, payload: m.data.q().data };
@@ -203,7 +202,6 @@ impl Block for Cache {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // While the cache takes nothing from the client, the tags show the set of the request that was taken last, or the one
         // that a flush has come to.

@@ -163,7 +163,6 @@ where
         Mem::new(&cfg.shape)
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Mem) -> Moore<E> {
         let seen = TableCache::moore(&cfg.shape.cache, &q.cache, &m.cache);
         let data = E::unpacked(&cfg.entry, seen.entry.payload.word);
@@ -175,7 +174,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(
         cfg: &Self::Config,
         q: &State,

@@ -211,14 +211,12 @@ impl Block for Combiner {
         Mem { data: Ram1R1W::new(cfg.lines * cfg.line, cfg.port, 1, ReadDuringWrite::Old) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, _: &Mem) -> Moore {
         let room = Requests::moore(&cfg.port, &q.requests, &()).ready;
         let rests = room && !q.flush && !q.leaving.valid;
         Moore { ready: room && !q.flush, idle: rests && !full(cfg, q.written).valid }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let kept = Requests::moore(&cfg.port, &q.requests, &()).held;
         let push = Stream { valid: i.request.valid && !q.flush, payload: i.request.payload };

@@ -124,12 +124,10 @@ impl Block for DepthTest {
         Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Screen, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready, stage: q.stage }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut depth_read, mut depth_write) = (ReadPort::default(), WritePort::default());
         let mut colour_write = WritePort::default();

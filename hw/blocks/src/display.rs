@@ -99,7 +99,6 @@ impl Block for Display {
     type Out = ();
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Screen, q: &State, m: &Mem) -> Moore {
         let buffer = FrameBuffer::moore(cfg, &q.frame_buffer, &m.frame_buffer);
         let scanout = Scanout::moore(&shown(cfg), &q.scanout, &m.scanout);
@@ -111,7 +110,6 @@ impl Block for Display {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let buffer = FrameBuffer::moore(cfg, &q.frame_buffer, &m.frame_buffer);
         let busy = Scanout::moore(&shown(cfg), &q.scanout, &m.scanout).busy;

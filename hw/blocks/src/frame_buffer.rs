@@ -114,7 +114,6 @@ impl Block for FrameBuffer {
         Mem { depth_a: depth(), depth_b: depth(), colour_a: colour(), colour_b: colour() }
     }
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, m: &Self::Mem) -> Moore {
         Moore {
             depth: if q.front_is_b { m.depth_b.q() } else { m.depth_a.q() },
@@ -124,7 +123,6 @@ impl Block for FrameBuffer {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
         if q.front_is_b {
             for user in i.depth_read {

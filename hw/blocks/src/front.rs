@@ -329,7 +329,6 @@ impl Block for Front {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let sequencer = Sequencer::moore(&cfg.screen, &q.sequencer, &());
         let mut clear = sequencer.clear;
@@ -377,7 +376,6 @@ impl Block for Front {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let sequencer = Sequencer::moore(&cfg.screen, &q.sequencer, &());
         let offered = i.fragment.valid && sequencer.open;

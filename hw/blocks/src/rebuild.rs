@@ -184,7 +184,6 @@ impl Block for Rebuild {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         if cfg.rebuilds() {
             let clear = Stream { valid: q.step == Step::Clear, payload: q.entry };
@@ -194,7 +193,6 @@ impl Block for Rebuild {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out { again: false, begins: false };
         match q.step {

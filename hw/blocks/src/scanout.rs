@@ -130,13 +130,11 @@ impl Block for Scanout {
         Mem { queue: Queue::memories(&queue()) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, m: &Self::Mem) -> Moore {
         let image = Queue::moore(&queue(), &q.queue, &m.queue).front;
         Moore { image, busy: q.fsm != Fsm::Idle }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut read = ReadPort::default();
         let queued = Queue::moore(&queue(), &q.queue, &m.queue).count;

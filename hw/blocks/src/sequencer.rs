@@ -136,13 +136,11 @@ impl Block for Sequencer {
 
     fn memories(_: &Screen) {}
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         let open = matches!(q.phase, Phase::Idle | Phase::Store) && !q.ended;
         Moore { phase: q.phase, open, clear: q.clear }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let resolved = q.resolved || i.resolved;
         let done = resolved && !i.busy;

@@ -148,7 +148,6 @@ impl Block for SharedPort {
     type Out = Wires;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let mut turns = arbiter::Moore::default();
         if cfg.shares() {
@@ -157,7 +156,6 @@ impl Block for SharedPort {
         Moore { turns }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Wires {
         let mut request = i.fragments;
         if cfg.shares() {

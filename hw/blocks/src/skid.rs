@@ -74,12 +74,10 @@ where
 
     fn memories(_: &T::Config) {}
 
-    #[inline(always)]
     fn moore(_: &T::Config, q: &State<T>, (): &()) -> Moore<T> {
         Moore { ready: !q.held.valid, held: q.held }
     }
 
-    #[inline(always)]
     fn next(_: &T::Config, q: &State<T>, d: &mut State<T>, (): &mut (), i: In<T>) -> Stream<T> {
         let offer = offered(q.held, i.push);
         if offer.valid {

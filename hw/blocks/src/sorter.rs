@@ -164,7 +164,6 @@ impl Block for Sorter {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let Entry { pixel, rgba, last, label, .. } = q.entries[0];
         let item = Sorted { pixel, rgba, last, label };
@@ -175,7 +174,6 @@ impl Block for Sorter {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         let Moore { ready, sorted } = Self::moore(cfg, q, &());
         let pop = i.sorted_ready && q.closed > 0;

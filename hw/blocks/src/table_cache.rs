@@ -243,7 +243,6 @@ impl Block for TableCache {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let asks = Asks::moore(&cfg.port.address_bits(), &q.asks, &()).ready;
         let requests = Requests::moore(&cfg.port, &q.requests, &()).ready;
@@ -263,7 +262,6 @@ impl Block for TableCache {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let cache = cfg.cache();
         let queue = Queue::moore(&cfg.queue(), &q.queue, &m.queue);

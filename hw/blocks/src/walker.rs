@@ -140,7 +140,6 @@ impl Block for Walker {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         let Marked { end, item: walk } = q.walk.payload;
         let item = Fragment {
@@ -154,7 +153,6 @@ impl Block for Walker {
         Moore { fragment: Stream { valid, payload: Marked { end, item } } }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         // Along the row.
         let Marked { end, item: walk } = q.walk.payload;

@@ -239,7 +239,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
         let next = Lists::moore(&cfg.size.lists(), &q.lists, &m.ahead).front;
         let first = Ordered { order: q.first, item: m.items.q().data };
@@ -251,7 +250,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<T>) {
         let ahead = Lists::moore(&cfg.size.lists(), &q.lists, &m.ahead);
 

@@ -120,7 +120,6 @@ impl Block for Distributor {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let Marked { end, item } = q.item.payload;
         let mut engine = q.turn;
@@ -137,7 +136,6 @@ impl Block for Distributor {
         Moore { item: q.item, to_engine: !end && item.opaque, engine }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let Moore { to_engine, engine, .. } = Self::moore(cfg, q, &());
         let Marked { end, item } = q.item.payload;

@@ -139,7 +139,6 @@ where
         Mem { first: bank(), second: bank(), ahead: Fifo::<T>::memories(&cfg.ahead()) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
         let ahead = Fifo::<T>::moore(&cfg.ahead(), &q.ahead, &m.ahead);
         Moore {
@@ -149,7 +148,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<T>) {
         if i.insert.valid && q.filled < cfg.capacity {
             d.filled = q.filled + 1;

@@ -168,7 +168,6 @@ impl<E: Engine> Block for Merger<E> {
         Mem { engines: (0..cfg.shape.engines).map(|_| E::memories(&cfg.engine)).collect() }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State<E>, m: &Self::Mem) -> Moore {
         let mut done = true;
         for k in 0..cfg.shape.engines as usize {

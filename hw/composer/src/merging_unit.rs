@@ -127,12 +127,10 @@ impl Block for MergingUnit {
 
     fn memories(_: &Screen) {}
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         Moore { ready: !q.waits.valid, merged: q.nearer }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut read = ReadPort::default();
         let mut wipe = Stream::idle();

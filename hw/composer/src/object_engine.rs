@@ -159,7 +159,6 @@ impl Block for ObjectEngine {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let local = FrameBuffer::moore(cfg.screen(), &q.local, &m.local);
         Moore {

@@ -94,12 +94,10 @@ impl Block for Raster {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         Moore { runs: q.runs, pixel: q.runs && q.column < cfg.screen.width, row: q.row }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut out = Out::default();
         if i.start {

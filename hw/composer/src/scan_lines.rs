@@ -181,7 +181,6 @@ impl Block for ScanLines {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let collect = Raster::moore(&cfg.raster, &q.collect, &());
         let scanout = Scanout::moore(&cfg.scanout(), &q.scanout, &m.scanout);
@@ -203,7 +202,6 @@ impl Block for ScanLines {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // A primitive goes to all engines at once, and a line of the result is collected once it is complete.
         let collect = Raster::moore(&cfg.raster, &q.collect, &());

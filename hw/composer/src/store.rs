@@ -134,7 +134,6 @@ impl<M: FragmentStore> Block for Store<M> {
     type Out = Out<M>;
     type Mem = Mem<M>;
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State<M>, m: &Self::Mem) -> Moore {
         let shown = M::moore(&cfg.store, &q.store, &m.store);
         Moore {

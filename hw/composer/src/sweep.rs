@@ -151,7 +151,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
         let first = Buckets::<T>::moore(cfg, &q.buckets[0], &m.buckets[0]);
         let second = Buckets::<T>::moore(cfg, &q.buckets[1], &m.buckets[1]);
@@ -170,7 +169,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<T>) {
         let first = Buckets::<T>::moore(cfg, &q.buckets[0], &m.buckets[0]);
         let second = Buckets::<T>::moore(cfg, &q.buckets[1], &m.buckets[1]);

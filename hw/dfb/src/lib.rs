@@ -208,13 +208,11 @@ impl Block for Dfb {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
         let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         Status { replay: Steps::moore(&(), &q.steps, &()).replay, ..front }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: FragmentIn) -> Out {
         let screen = &cfg.screen;
 

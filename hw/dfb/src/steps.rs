@@ -84,12 +84,10 @@ impl Block for Steps {
 
     fn memories((): &()) {}
 
-    #[inline(always)]
     fn moore((): &(), q: &State, (): &()) -> Moore {
         Moore { step: q.step, replay: q.replay }
     }
 
-    #[inline(always)]
     fn next((): &(), q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out { again: false, resolved: false };
         match q.step {

@@ -292,7 +292,6 @@ impl Block for Ahead {
         Mem { words: Words::memories(&cfg.words()) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let front = Words::moore(&cfg.words(), &q.words, &m.words).front;
         let ready = Requests::moore(&cfg.port(), &q.requests, &()).ready;
@@ -305,7 +304,6 @@ impl Block for Ahead {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Stream<Request> {
         let ready = Requests::moore(&cfg.port(), &q.requests, &()).ready;
 

@@ -71,12 +71,10 @@ impl Block for Buffer {
         Mem { words: Ram1R1W::new(cfg.words(), *cfg, 1, ReadDuringWrite::Forbidden) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, _: &State, m: &Mem) -> Moore {
         Moore { values: m.words.q() }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, _: &State, _: &mut State, m: &mut Mem, i: In) {
         let (mut from, mut to) = (i.read.payload, i.write.payload);
         if cfg.window.places == Places::Pixel {

@@ -92,12 +92,10 @@ impl Block for Compositor {
 
     fn memories(_: &Screen) {}
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         Moore { ended: q.stage.valid && q.stage.payload.end }
     }
 
-    #[inline(always)]
     fn next(_: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 

@@ -92,12 +92,10 @@ impl Block for EarlyTest {
 
     fn memories(_: &Screen) {}
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, (): &()) -> Moore {
         Moore { stage: q.stage }
     }
 
-    #[inline(always)]
     fn next(cfg: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let passes = passed(q.stage, i.depth, i.tests).valid;
         let free = !passes || i.passed_taken;

@@ -249,7 +249,6 @@ impl Block for FBuffer {
 
     fn moore(_: &Config, _: &State, _: &Mem) {}
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: PrimitiveIn) -> Out {
         let screen = &cfg.walker.screen;
 

@@ -190,7 +190,6 @@ impl Block for Plays {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let background = cfg.background && !q.later;
         let last = !background && q.pass + 1 == cfg.passes;
@@ -209,7 +208,6 @@ impl Block for Plays {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let Moore { last, play, .. } = Self::moore(cfg, q, &());
         if i.comes {

@@ -240,12 +240,10 @@ impl Block for Shader {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         Moore { shaded: q.stages[cfg.stages() as usize - 1] }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         let Marked { end, item } = i.fragment.payload;
         let mut first = Running { placed: item, registers: [0; MOST_REGISTERS], killed: false };

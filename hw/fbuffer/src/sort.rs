@@ -164,12 +164,10 @@ impl Block for Sort {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, _: &Mem) -> Moore {
         Moore { ready: q.fsm == Fsm::Take, gives: q.fsm == Fsm::Give, left: q.left }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let sorter = Sorter::moore(&cfg.sorter(), &q.sorter, &m.sorter);
         let kept = Kept::moore(&cfg.kept(), &q.kept, &m.kept).front;

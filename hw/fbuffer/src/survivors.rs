@@ -109,7 +109,6 @@ impl Block for Survivors {
         Mem { numbers: Ram1R1W::new(places, COUNT_BITS, 1, ReadDuringWrite::Forbidden) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         Moore {
             next: Stream { valid: q.read < q.count, payload: m.numbers.q().data },
@@ -120,7 +119,6 @@ impl Block for Survivors {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         if i.survives.valid {
             if !cfg.outside {

@@ -221,12 +221,10 @@ impl Block for Window {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore { placed: q.placed, counted: q.counted, end: q.end }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let Marked { end, item } = i.fragment.payload;
         let transparent = !end && !is_opaque(item.rgba);

@@ -180,12 +180,10 @@ impl Block for Array {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore { term: q.leaves }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         // What comes in, and the token that is to follow it.
         let Marked { end, item } = i.arrived.payload;

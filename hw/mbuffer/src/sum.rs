@@ -143,7 +143,6 @@ impl Block for Sum {
 
     fn moore(_: &Screen, _: &State, _: &()) {}
 
-    #[inline(always)]
     fn next(_: &Screen, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut colour_read, mut colour_write) = (ReadPort::default(), WritePort::default());
 

@@ -203,13 +203,11 @@ impl Block for Ppll {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Status {
         let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         Status { replay: Rebuild::moore(&cfg.rebuild, &q.rebuild, &()).replay, ..front }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: FragmentIn) -> Out {
         let screen = &cfg.screen;
 

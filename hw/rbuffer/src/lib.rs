@@ -198,14 +198,12 @@ impl Block for RBuffer {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Status {
         let front = Front::moore(&cfg.front, &q.front, &m.front).status;
         let replay = if cfg.replay { Rounds::moore(cfg, &q.rounds, &()).replay } else { false };
         Status { replay, ..front }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: FragmentIn) -> Out {
         let screen = &cfg.screen;
 

@@ -96,7 +96,6 @@ impl Block for Passes {
 
     fn memories(_: &queue::Config) {}
 
-    #[inline(always)]
     fn moore(_: &queue::Config, q: &State, (): &()) -> Moore {
         let send = q.fsm == Fsm::Send;
         Moore {
@@ -107,7 +106,6 @@ impl Block for Passes {
         }
     }
 
-    #[inline(always)]
     fn next(_: &queue::Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut begins, mut done) = (false, false);
         match q.fsm {

@@ -206,7 +206,6 @@ impl Block for Queue {
         Mem { on_chip: OnChip::memories(&cfg.on_chip()) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let on_chip = OnChip::moore(&cfg.on_chip(), &q.on_chip, &m.on_chip);
         let mut ready = on_chip.ready;
@@ -221,7 +220,6 @@ impl Block for Queue {
         Moore { ready, full, count, front: on_chip.front }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut push = i.push;
         let mut request = Stream::idle();

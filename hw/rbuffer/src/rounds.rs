@@ -108,14 +108,12 @@ impl Block for Rounds {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         let smallest = q.from + 1 == q.to;
         let State { from, to, failed, again, replay, .. } = *q;
         Moore { from, to, failed, smallest, again, replay }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let whole = q.to == cfg.screen.pixels();
         let ends = i.emptied && (q.failed || !whole);

@@ -190,12 +190,10 @@ impl Block for Selector {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut depth_read, mut depth_write) = (ReadPort::default(), WritePort::default());
 

@@ -146,12 +146,10 @@ impl<A: Allocator> Block for TBuffer<A> {
     type Out = Out;
     type Mem = Mem<A>;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Status {
         Front::moore(&cfg.front, &q.front, &m.front).status
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: FragmentIn) -> Out {
         let screen = &cfg.screen;
 

@@ -61,10 +61,11 @@ pub fn memory(input: TokenStream) -> TokenStream {
 
 /// Gives functions a second meaning: beside each, a twin that builds a netlist from the same tokens.
 ///
-/// - On an `impl Block`: what it says of neither `reset` nor `memories` is made of its fields' `#[block]`, and the block can be elaborated (`pellucid_sim::Netlist`). `name = "..."` names its
-///   module (default: the block's name in snake case); `state`, `input`, `moore` and `output = EXPR`
-///   give a bundle's configuration where it is not the block's own; each `check(TYPE, CONFIG)` makes a
-///   test that compares the source with the netlist on random registers and inputs.
+/// - On an `impl Block`: what it says of neither `reset` nor `memories` is made of its fields' `#[block]`; `moore` and `next` are
+///   compiled into what the block is a part of, `next` where there are no debug assertions, unless they have an `#[inline]` of
+///   their own; and the block can be elaborated (`pellucid_sim::Netlist`). `name = "..."` names its module (default: the block's
+///   name in snake case); `state`, `input`, `moore` and `output = EXPR` give a bundle's configuration where it is not the block's
+///   own; each `check(TYPE, CONFIG)` makes a test that compares the source with the netlist on random registers and inputs.
 /// - On a function or an `impl` of functions: other twins can call them. Parameters by shared
 ///   reference are configuration, all others hardware.
 ///

@@ -73,12 +73,10 @@ impl Block for Bitmap {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore { grant: q.offer, exhausted: !q.offer.valid }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Lent {
         let wanted = i.take || !q.offer.valid;
         let back = i.release.payload;

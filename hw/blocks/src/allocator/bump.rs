@@ -52,7 +52,6 @@ impl Block for Bump {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let some = q.next < cfg.sections;
         // Past the last section the counter is no section's number, and may be too wide for one.
@@ -60,7 +59,6 @@ impl Block for Bump {
         Moore { grant: Stream { valid: some, payload }, exhausted: !some }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Lent {
         let taken = i.take && q.next < cfg.sections;
         let last_back = i.release.valid && q.out == 1 && !taken;

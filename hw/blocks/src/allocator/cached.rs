@@ -68,14 +68,12 @@ impl Block for Cached {
         Mem { shared: Hierarchical::memories(cfg) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let shared = Hierarchical::moore(cfg, &q.shared, &m.shared);
         let none = !q.lane.offer.valid && q.lane.count == 0;
         Moore { grant: q.lane.offer, exhausted: none && shared.exhausted }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Lent {
         let shared = Hierarchical::moore(cfg, &q.shared, &m.shared);
         let gives = q.lane.count > HALF;

@@ -58,7 +58,6 @@ impl Block for FreeList {
         Queue::memories(&fifo::Config { depth: cfg.sections, ..queue(cfg) })
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let front = Queue::moore(&queue(cfg), &q.queue, m).front;
         let fresh = q.fresh < cfg.sections;
@@ -69,7 +68,6 @@ impl Block for FreeList {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Lent {
         let fresh = q.fresh < cfg.sections;
         if i.take && fresh {

@@ -150,14 +150,12 @@ impl Block for Hierarchical {
         Mem { upper: level(cfg.uppers()), middle: level(cfg.middles()), leaf: level(cfg.leaves()) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, _: &Mem) -> Moore {
         let new = q.fresh < cfg.sections;
         let none = !q.offer.valid && q.hand == 0 && q.root == 0 && !q.back.valid && !new;
         Moore { grant: q.offer, exhausted: none }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Lent {
         let upper_data = m.upper.q().data;
         let middle_data = m.middle.q().data;

@@ -288,7 +288,6 @@ impl Block for Lanes {
         Mem { shared: Hierarchical::memories(&cfg.numbers) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let shared = Hierarchical::moore(&cfg.numbers, &q.shared, &m.shared);
         let gives = giver(cfg, q.lanes, q.gives, shared.exhausted);
@@ -309,7 +308,6 @@ impl Block for Lanes {
         Moore { grant, exhausted, ready }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let Moore { ready, .. } = Self::moore(cfg, q, m);
         let shared = Hierarchical::moore(&cfg.numbers, &q.shared, &m.shared);

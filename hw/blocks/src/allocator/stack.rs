@@ -58,7 +58,6 @@ impl Block for Stack {
         Ram1RW::new(cfg.sections, cfg.id_bits(), 1)
     }
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, m: &Self::Mem) -> Moore {
         let payload = if q.popped { m.q().data } else { q.offer.payload };
         Moore {
@@ -68,7 +67,6 @@ impl Block for Stack {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Lent {
         let offer = Self::moore(cfg, q, m).grant;
         d.offer = offer;

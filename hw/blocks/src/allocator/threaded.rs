@@ -60,12 +60,10 @@ impl Block for Threaded {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore { grant: q.offer, exhausted: !q.offer.valid }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Lent {
         let head = if q.asked { i.word } else { q.head };
         let mut o = Lent { word: head, ..Lent::default() };

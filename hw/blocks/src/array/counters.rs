@@ -116,12 +116,10 @@ impl Block for Counters {
         Mem { words: Ram1R1W::new(words, *cfg, 1, ReadDuringWrite::New) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, (): &(), m: &Mem) -> Read<Counts> {
         m.words.q()
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
         m.words.pass_read(i.index_read);
         m.words.pass_read(i.sum_read);

@@ -260,7 +260,6 @@ impl Block for FixedArrays {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let rebuild = Rebuild::moore(&cfg.rebuild, &q.rebuild, &());
         let mut ready = Index::moore(&cfg.arrays, &q.index, &m.index).ready;
@@ -280,7 +279,6 @@ impl Block for FixedArrays {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let arrays = &cfg.arrays;
         let slots = &arrays.fragments;

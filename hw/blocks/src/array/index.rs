@@ -149,12 +149,10 @@ impl Block for Index {
         Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let Marked { end, item } = q.stage.payload;
         let PixelFragment { pixel, z, rgba, label } = item;

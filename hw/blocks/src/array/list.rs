@@ -75,12 +75,10 @@ impl Block for WordList {
         Mem { words }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, m: &Mem) -> Moore {
         Moore { count: q.count, word: m.words.q() }
     }
 
-    #[inline(always)]
     fn next(_: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         m.words.pass_read(i.read);
         if i.push.valid {

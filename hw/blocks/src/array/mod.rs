@@ -260,7 +260,6 @@ impl Block for Arrays {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let band = PrefixSum::moore(cfg, &q.prefix_sum, &m.prefix_sum).band;
         let mut ready = Index::moore(cfg, &q.index, &m.index).ready;
@@ -280,7 +279,6 @@ impl Block for Arrays {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let mut counts = Counters::moore(cfg, &(), &m.counters);

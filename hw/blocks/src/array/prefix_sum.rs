@@ -256,7 +256,6 @@ impl Block for PrefixSum {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let mut word = Read::default();
         if cfg.lists() {
@@ -265,7 +264,6 @@ impl Block for PrefixSum {
         Moore { band: q.band, sums: m.sums.q(), occupied: q.occupied, word }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let mut o = Out {
             read: ReadPort::default(),

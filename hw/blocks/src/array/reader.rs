@@ -212,7 +212,6 @@ impl Block for Reader {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let Stream { valid, payload } =
             Pendings::moore(&pendings(cfg), &q.pending, &m.pending).front;
@@ -223,7 +222,6 @@ impl Block for Reader {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let mut o = Out::default();
 

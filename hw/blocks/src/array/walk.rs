@@ -187,7 +187,6 @@ impl Block for Walk {
 
     fn moore(_: &Config, _: &State, _: &()) {}
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out::default();
 

@@ -125,10 +125,8 @@ impl Block for Answers {
         Mem { on_chip: queue(cfg.holds_answers()), outside: queue(cfg.mixes()) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, _: &State, _: &Mem) {}
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Read<Word> {
         let mut word = if i.words.outside.valid { i.words.outside } else { i.words.on_chip };
         if cfg.holds_answers() {

@@ -69,12 +69,10 @@ impl Block for Count {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore { count: q.count }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         if i.restart {
             d.count = 0;

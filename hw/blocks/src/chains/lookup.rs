@@ -124,12 +124,10 @@ impl Block for Lookup {
         Mem { queue: Queue::memories(&queue(cfg)) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (mut ssa_read, mut ssa_write) = (ReadPort::default(), WritePort::default());
         let mut depth_read = ReadPort::default();

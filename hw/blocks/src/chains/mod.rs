@@ -267,7 +267,6 @@ impl<A: Allocator> Block for Chains<A> {
     type Out = Out;
     type Mem = Mem<A>;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
         let mut ready = Store::moore(cfg, &q.store, &m.store).ready;
         let mut clear_ready = true;
@@ -288,7 +287,6 @@ impl<A: Allocator> Block for Chains<A> {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State<A>, d: &mut State<A>, m: &mut Self::Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let mut ssa = Ssa::moore(cfg, &(), &m.ssa);

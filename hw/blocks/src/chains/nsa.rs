@@ -65,12 +65,10 @@ impl Block for Nsa {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, (): &(), m: &Self::Mem) -> Read<NsaEntry> {
         if cfg.lends() { m.lent.q() } else { m.table.q() }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
         if cfg.lends() {
             m.lent.pass(i.store);

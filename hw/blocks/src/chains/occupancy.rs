@@ -95,12 +95,10 @@ impl Block for Occupancy {
         Mem { bitmap: ram(cfg.occupancy_words()), summary: ram(cfg.summary_words()) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, (): &(), m: &Mem) -> Moore {
         Moore { summary: m.summary.q(), word: m.bitmap.q() }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
         if i.set.valid {
             let word = i.set.payload >> WORD_SHIFT;

@@ -78,7 +78,6 @@ impl<A: Allocator> Block for Pool<A> {
     type Out = Lent;
     type Mem = Mem<A>;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State<A>, m: &Self::Mem) -> Moore {
         let (mut on_chip, mut outside) = (none(), none());
         if cfg.shape.on_chip > 0 {
@@ -101,7 +100,6 @@ impl<A: Allocator> Block for Pool<A> {
         }
     }
 
-    #[inline(always)]
     fn next(
         cfg: &Config,
         q: &State<A>,

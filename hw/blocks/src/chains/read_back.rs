@@ -164,7 +164,6 @@ impl Block for ReadBack {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let reader = ChainReader::moore(cfg, &q.reader, &m.reader);
         let mut released = true;
@@ -174,7 +173,6 @@ impl Block for ReadBack {
         Moore { arrived: reader.arrived, released, oldest: reader.oldest }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let pixel = Scan::moore(cfg, &q.scan, &()).pixel;

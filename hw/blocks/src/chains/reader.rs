@@ -249,7 +249,6 @@ impl Block for ChainReader {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let Stream { valid, payload } =
             Pendings::moore(&pendings(cfg), &q.pending, &m.pending).front;
@@ -260,7 +259,6 @@ impl Block for ChainReader {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let mut o = Out {
             nsa: Port::default(),

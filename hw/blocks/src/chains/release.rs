@@ -95,7 +95,6 @@ impl Block for ReleaseQueue {
         Mem { queue: Ram1R1W::new(cfg.depth, cfg.id_bits, 1, ReadDuringWrite::New) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         Moore {
             ready: q.committed + q.open < cfg.depth,
@@ -104,7 +103,6 @@ impl Block for ReleaseQueue {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) {
         if i.push.valid && q.committed + q.open < cfg.depth {
             m.queue.write(q.tail, i.push.payload);

@@ -117,7 +117,6 @@ impl Block for Scan {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let end = q.fsm == Fsm::End;
         let pixel = if cfg.shape.bitmap {
@@ -131,7 +130,6 @@ impl Block for Scan {
         Moore { pixel: Stream { valid: pixel.valid || end, payload: Marked { end, item } } }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let mut o = Out::default();
         match q.fsm {

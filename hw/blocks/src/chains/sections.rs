@@ -178,7 +178,6 @@ impl Block for Sections {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let mut ready = true;
         if cfg.shape.outside > 0 {
@@ -195,7 +194,6 @@ impl Block for Sections {
         Moore { on_chip: m.on_chip.q(), ready, reads }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let (write, place) = (i.write.payload, i.read.payload);
         let writes_outside = i.write.valid && cfg.is_outside(write.section);

@@ -71,12 +71,10 @@ impl Block for Ssa {
         Mem { table: Ram1R1W::new(pixels, *cfg, 1, ReadDuringWrite::New) }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, (): &(), m: &Self::Mem) -> Read<SsaEntry> {
         m.table.q()
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Self::Mem, i: In) {
         m.table.pass_read(i.store_read);
         m.table.pass_read(i.lookup_read);

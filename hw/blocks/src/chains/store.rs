@@ -202,7 +202,6 @@ impl Block for Store {
         Mem { queue: Queue::memories(&queue(cfg)), weigh: Weigh::memories(cfg) }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Self::Mem) -> Moore {
         let mut oldest = Stream::idle();
         if cfg.weighs() {
@@ -211,7 +210,6 @@ impl Block for Store {
         Moore { ready: Queue::moore(&queue(cfg), &q.queue, &m.queue).ready, oldest }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In) -> Out {
         let fragment = q.stage.payload.item;
         let PixelFragment { pixel, z, rgba, label } = fragment;

@@ -98,13 +98,11 @@ impl Block for UnderWay {
         Mem { began: bits(), ended: bits() }
     }
 
-    #[inline(always)]
     fn moore(_: &Config, (): &(), m: &Mem) -> Moore {
         let (began, ended) = (m.began.q().data, m.ended.q().data);
         Moore { busy: began != ended, turn: !began }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, (): &(), (): &mut (), m: &mut Mem, i: In) {
         if i.ask.valid {
             m.began.read(cfg.mark_number(i.ask.payload));

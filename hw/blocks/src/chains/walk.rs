@@ -90,7 +90,6 @@ impl Block for BitWalk {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(_: &Config, q: &State, (): &()) -> Moore {
         Moore {
             bit: Stream { valid: q.bits != 0, payload: q.word * WORD_BITS + lowest(q.bits) },
@@ -98,7 +97,6 @@ impl Block for BitWalk {
         }
     }
 
-    #[inline(always)]
     fn next(_: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let (mut read, mut clear) = (ReadPort::default(), WritePort::default());
         // The bit that leaves is the lowest.

@@ -213,7 +213,6 @@ impl Block for Weigh {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let pending = Pendings::moore(&queue(cfg), &q.pending, &m.pending).front;
         let fragment = Fragments::moore(&queue(cfg), &q.fragments, &m.fragments).front;
@@ -225,7 +224,6 @@ impl Block for Weigh {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let mut o = Out::default();
         let pending = Pendings::moore(&queue(cfg), &q.pending, &m.pending);

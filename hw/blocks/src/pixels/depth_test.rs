@@ -227,7 +227,6 @@ impl Block for DepthAhead {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let mut first = Stream::idle();
         if cfg.revisits() {
@@ -241,7 +240,6 @@ impl Block for DepthAhead {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // Third stage: the fragment that came first, once its pixel is there.
         let seen = Self::moore(cfg, q, m);

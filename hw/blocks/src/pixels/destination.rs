@@ -94,7 +94,6 @@ impl Block for Destination {
     type Out = ();
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         Moore {
             ready: Colours::moore(&cfg.coming(), &q.coming, &m.coming).ready,
@@ -104,7 +103,6 @@ impl Block for Destination {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) {
         let colour = Colours::moore(&cfg.coming(), &q.coming, &m.coming).front.payload;
         let kept = Colours::moore(&cfg.sorted(), &q.sorted, &m.sorted).front;

@@ -159,7 +159,6 @@ impl Block for Fetch {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let pending = Pending::moore(&cfg.pending(), &q.pending, &m.pending);
         let answer = Answers::moore(&cfg.answers(), &q.answers, &m.answers).front;
@@ -176,7 +175,6 @@ impl Block for Fetch {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let Moore { ready, pixel, .. } = Self::moore(cfg, q, m);
 

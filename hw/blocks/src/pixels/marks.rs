@@ -86,7 +86,6 @@ impl Block for Marks {
         Mem { a: bank(), b: bank() }
     }
 
-    #[inline(always)]
     fn moore(_: &Screen, q: &State, m: &Mem) -> Moore {
         Moore {
             front: if q.front_is_b { m.b.q() } else { m.a.q() },
@@ -95,7 +94,6 @@ impl Block for Marks {
         }
     }
 
-    #[inline(always)]
     fn next(_: &Screen, q: &State, d: &mut State, m: &mut Mem, i: In) {
         if q.front_is_b {
             for user in i.read {

@@ -180,7 +180,6 @@ impl Block for Pixels {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let table = Table::moore(&cfg.cached(), &q.table, &m.table);
         let test = DepthAhead::moore(cfg, &q.depth_test, &m.depth_test);
@@ -221,7 +220,6 @@ impl Block for Pixels {
         seen
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         // What every block shows before its inputs are known.
         let marks = Marks::moore(&cfg.screen, &q.marks, &m.marks);

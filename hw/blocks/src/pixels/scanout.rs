@@ -94,7 +94,6 @@ impl Block for ScanoutAhead {
     type Out = Out;
     type Mem = Mem;
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let pixel = Fetch::moore(&cfg.shown(), &q.fetch, &m.fetch).pixel;
         Moore {
@@ -103,7 +102,6 @@ impl Block for ScanoutAhead {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, m: &mut Mem, i: In) -> Out {
         let seen = Fetch::moore(&cfg.shown(), &q.fetch, &m.fetch);
         match q.fsm {

@@ -178,7 +178,6 @@ impl Block for BucketSort {
 
     fn memories(_: &Config) {}
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, (): &()) -> Moore {
         let mut item = q.primitive.payload;
         let [a, b, c] = item.edges;
@@ -196,7 +195,6 @@ impl Block for BucketSort {
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) {
         if q.primitive.valid && q.steps > 0 {
             let [a, b, c] = q.primitive.payload.edges;

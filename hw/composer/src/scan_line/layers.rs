@@ -145,7 +145,6 @@ impl Block for Layers {
 
     fn moore(_: &Config, _: &State, (): &()) {}
 
-    #[inline(always)]
     fn next(cfg: &Config, q: &State, d: &mut State, (): &mut (), i: In) -> Out {
         let here = i.open && i.opaque.valid;
         let Segment { last, at, per_column, label } = i.item.payload;

@@ -267,7 +267,6 @@ impl Block for ScanLine {
         }
     }
 
-    #[inline(always)]
     fn moore(cfg: &Config, q: &State, m: &Mem) -> Moore {
         let sort = BucketSort::moore(&cfg.bucket_sort, &q.bucket_sort, &());
         let results = Results::moore(&cfg.results(), &q.results, &m.results);

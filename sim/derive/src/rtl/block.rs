@@ -75,8 +75,22 @@ fn snake(name: &str) -> String {
     text
 }
 
-/// Adds what an `impl Block` leaves to its fields: see `#[block]`.
+/// Adds what an `impl Block` leaves to its fields, and has what it shows and its cycle compiled into what it is a part of: a machine is
+/// slower without. With debug assertions a cycle stays a function, which is compiled once, not in every place that plays the block.
 pub fn complete(i: &mut ItemImpl) {
+    for item in &mut i.items {
+        let ImplItem::Fn(f) = item else { continue };
+        if f.attrs.iter().any(|a| a.path().is_ident("inline")) {
+            continue;
+        }
+        match f.sig.ident.to_string().as_str() {
+            "moore" => f.attrs.push(syn::parse_quote!(#[inline(always)])),
+            "next" => {
+                f.attrs.push(syn::parse_quote!(#[cfg_attr(not(debug_assertions), inline(always))]))
+            }
+            _ => {}
+        }
+    }
     let has = |i: &ItemImpl, name: &str| {
         i.items.iter().any(|item| matches!(item, ImplItem::Fn(f) if f.sig.ident == name))
     };
