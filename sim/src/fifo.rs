@@ -98,7 +98,6 @@ where
         Ram1R1W::new(cfg.depth, cfg.item, 1, ReadDuringWrite::New)
     }
 
-    #[inline(always)]
     fn moore(cfg: &Self::Config, q: &State, m: &Self::Mem) -> Moore<T> {
         Moore {
             ready: q.count < cfg.depth,
@@ -107,7 +106,6 @@ where
         }
     }
 
-    #[inline(always)]
     fn next(cfg: &Self::Config, q: &State, d: &mut State, m: &mut Self::Mem, i: In<T>) {
         let push = i.push.valid && q.count < cfg.depth;
         let pop = i.pop && q.count > 0;

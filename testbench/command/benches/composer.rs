@@ -69,12 +69,10 @@ impl Block for Still {
 
     fn memories(_: &()) {}
 
-    #[inline(always)]
     fn moore(_: &(), q: &Shown, _: &()) -> object_engine::Moore {
         object_engine::Moore { ready: true, done: true, local: Opaque { z: q.z, colour: q.z } }
     }
 
-    #[inline(always)]
     fn next(
         _: &(),
         q: &Shown,
